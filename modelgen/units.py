@@ -1,0 +1,52 @@
+"""Units at the border: Pint reads and converts them; inside, every number is in the unit of its declaration."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from modelgen.errors import InputError
+
+if TYPE_CHECKING:
+    import pint
+
+
+@cache
+def registry() -> pint.UnitRegistry[Any]:
+    """The one Pint registry. Made on first use: importing Pint costs more than the rest of the start."""
+    import pint
+
+    ureg: pint.UnitRegistry[Any] = pint.UnitRegistry(cache_folder=":auto:")
+    ureg.define("kip = 1000 * pound_force")
+    return ureg
+
+
+@cache
+def parse(unit: str) -> pint.Unit:
+    """Read a unit such as "N·s/mm", "m²/N", "ohm", "1" or "" (both dimensionless).
+
+    Raises InputError when the unit is not known.
+    """
+    text = unit.strip()
+    for a, b in (("·", "*"), ("²", "**2"), ("³", "**3"), ("Ω", "ohm"), ("µ", "u"), ("°", "deg")):
+        text = text.replace(a, b)
+    try:
+        return registry().Unit("dimensionless" if text in ("", "1", "-") else text)
+    except Exception as why:  # Pint raises half a dozen kinds
+        raise InputError(f"unknown unit '{unit}'") from why
+
+
+@cache
+def factor(found: str, wanted: str) -> float:
+    """The number by which a value in unit `found` is multiplied to be in unit `wanted`.
+
+    Raises InputError when either is unknown or they measure different things.
+    """
+    if found == wanted:
+        return 1.0
+    import pint
+
+    try:
+        return float(registry().Quantity(1.0, parse(found)).to(parse(wanted)).magnitude)
+    except pint.DimensionalityError as why:
+        raise InputError(f"unit '{found}' can't be read as '{wanted}'") from why
