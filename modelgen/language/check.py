@@ -1,0 +1,188 @@
+"""What a model is checked for when it is made: names, order of use, and units of every equation."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import sympy as sp
+
+from modelgen.errors import InputError, did_you_mean
+from modelgen.language.quantities import ComplexParameter, Equation, Implicit, State
+
+if TYPE_CHECKING:
+    from modelgen.language.model import Model
+
+
+def check_model(model: Model) -> None:
+    """Raise InputError that names the model and the equation when something is not as it should be."""
+    _check_names(model)
+    _check_use(model)
+    if not model.checked:
+        _check_units(model)
+
+
+def _check_names(model: Model) -> None:
+    from modelgen.language.model import check_name
+
+    check_name(model.id, "model id")
+    seen: set[str] = set()
+    for q in (*model.inputs, *model.parameters, *model.scalar_parameters, *model.statements):
+        check_name(q.name, f"model '{model.id}': name")
+        if q.name in seen and not (getattr(q, "part", None) is None and q in model.scalar_parameters):
+            raise InputError(f"model '{model.id}': name '{q.name}' is declared twice")
+        seen.add(q.name)
+    for p in model.scalar_parameters:
+        low, high = p.bounds
+        if not low < high:
+            raise InputError(f"model '{model.id}': bounds of parameter '{p.name}' are reversed: [{low:g}, {high:g}]")
+        if p.default is not None and not low <= p.default <= high:
+            raise InputError(f"model '{model.id}': default {p.default:g} of '{p.name}' is outside [{low:g}, {high:g}]")
+    names = [s.name for s in model.statements]
+    for o in model.outputs:
+        if o.name not in names:
+            raise InputError(f"model '{model.id}': output '{o.name}' is no equation{did_you_mean(o.name, names)}")
+    if not model.outputs:
+        raise InputError(f"model '{model.id}' has no output")
+
+
+def _expressions(s: Any) -> list[Any]:
+    if isinstance(s, Equation):
+        return [s.expr]
+    if isinstance(s, Implicit):
+        return [s.residual, *s.bracket]
+    return [e for e in (s.initial, s.update, s.rate) if e is not None]
+
+
+def _check_use(model: Model) -> None:
+    """Every symbol is declared, and an equation is used only after it stands."""
+    states = {s.name for s in model.states}
+    known = {i.name for i in model.inputs} | {p.name for p in model.parameters}
+    known |= {p.name for p in model.scalar_parameters} | states
+    for s in model.statements:
+        own = {s.name} if isinstance(s, Implicit) else set()
+        for e in _expressions(s):
+            for symbol in e.free_symbols:
+                if symbol.name not in known | own:
+                    later = " (it stands further down)" if symbol.name in {x.name for x in model.statements} else ""
+                    raise InputError(
+                        f"model '{model.id}', equation '{s.name}': '{symbol.name}' is not declared{later}"
+                        f"{did_you_mean(symbol.name, known) if not later else ''}"
+                    )
+        known.add(s.name)
+
+
+class _UnitError(Exception):
+    pass
+
+
+def _check_units(model: Model) -> None:
+    from modelgen.units import parse, registry
+
+    one = registry().Unit("dimensionless")
+    units: dict[str, Any] = {}
+    for q in (*model.inputs, *model.parameters, *model.scalar_parameters, *model.statements):
+        try:
+            units[q.name] = parse(q.unit)
+        except InputError as why:
+            raise InputError(f"model '{model.id}', '{q.name}': {why}") from None
+    for s in model.statements:
+        where = f"model '{model.id}', equation '{s.name}'" + (f" [{s.ref}]" if s.ref else "")
+        wanted = units[s.name]
+        checks: list[tuple[Any, Any]] = []
+        if isinstance(s, Equation):
+            checks = [(s.expr, wanted)]
+        elif isinstance(s, State):
+            time = units[model.inputs[0].name] if model.inputs else one
+            checks = [(s.initial, wanted), (s.update, wanted), (s.rate, wanted / time)]
+        else:
+            checks = [(b, wanted) for b in s.bracket]
+        try:
+            if isinstance(s, Implicit):
+                _unit(s.residual, units, one)
+            for expr, unit in checks:
+                if expr is not None:
+                    _same(_unit(expr, units, one), unit, f"the right-hand side is in {{}}, '{s.name}' in {{}}")
+        except _UnitError as why:
+            raise InputError(f"{where}: {why}") from None
+
+
+ANY = None
+"""Unit of zero, infinity and the like: agrees with every unit."""
+
+
+def _same(a: Any, b: Any, says: str) -> Any:
+    """Return the unit of both, or raise: neither dimension nor scale may differ (mm + m is a mistake, too)."""
+    if a is ANY or b is ANY:
+        return b if a is ANY else a
+    if a == b:
+        return a
+    from modelgen.units import registry
+
+    ureg = registry()
+    if a.dimensionality != b.dimensionality or (
+        a.dimensionality and abs(ureg.Quantity(1.0, a).to(b).magnitude - 1) > 1e-9  # deg, rad and 1 pass
+    ):
+        raise _UnitError(says.format(f"{a:~}" or "1", f"{b:~}" or "1"))
+    return a
+
+
+def _unit(expr: Any, units: dict[str, Any], one: Any) -> Any:
+    """The unit of an expression; raises _UnitError with what does not fit."""
+    if isinstance(expr, sp.Symbol):
+        return units[expr.name]
+    if expr.is_Number or expr.is_NumberSymbol or expr is sp.I:
+        return ANY if expr in (sp.S.Zero, sp.oo, -sp.oo, sp.nan) else one
+    if isinstance(expr, sp.Add | sp.Max | sp.Min):
+        total = ANY
+        for a in expr.args:
+            total = _same(total, _unit(a, units, one), f"{{}} and {{}} can't be added in {_short(expr)}")
+        return total
+    if isinstance(expr, sp.Mul):
+        product = one
+        for a in expr.args:
+            u = _unit(a, units, one)
+            if u is not ANY:
+                product = product * u
+        return product
+    if isinstance(expr, sp.Pow):
+        return _power(expr, units, one)
+    if isinstance(expr, sp.Abs | sp.re | sp.im):
+        return _unit(expr.args[0], units, one)
+    if isinstance(expr, sp.Piecewise):
+        total = ANY
+        for value, condition in expr.args:
+            total = _same(total, _unit(value, units, one), f"branches in {{}} and {{}} in {_short(expr)}")
+            _unit_condition(condition, units, one)
+        return total
+    if isinstance(expr, sp.arg | sp.sign):
+        return one
+    if isinstance(expr, sp.atan2):
+        _same(_unit(expr.args[0], units, one), _unit(expr.args[1], units, one), "atan2 of {} and {}")
+        return one
+    for a in expr.args:  # functions take and give plain numbers
+        _same(_unit(a, units, one), one, f"argument of {type(expr).__name__} is in {{}}, not in {{}}, in {_short(expr)}")
+    return one
+
+
+def _unit_condition(condition: Any, units: dict[str, Any], one: Any) -> None:
+    if isinstance(condition, sp.core.relational.Relational):
+        left, right = (_unit(a, units, one) for a in condition.args)
+        _same(left, right, f"{{}} and {{}} can't be compared in {_short(condition)}")
+    else:
+        for a in getattr(condition, "args", ()):
+            _unit_condition(a, units, one)
+
+
+def _power(expr: Any, units: dict[str, Any], one: Any) -> Any:
+    base, exponent = expr.args
+    unit = _unit(base, units, one)
+    if exponent.is_Rational or exponent.is_Float:
+        return one if unit is ANY else unit ** float(exponent)
+    _same(_unit(exponent, units, one), one, f"exponent is in {{}}, not in {{}}, in {_short(expr)}")
+    _same(unit, one, f"base of a power with a symbol in its exponent is in {{}}, not in {{}}, in {_short(expr)}")
+    return one
+
+
+def _short(expr: Any) -> str:
+    text = str(expr)
+    return text if len(text) < 80 else text[:77] + "..."
