@@ -50,3 +50,11 @@ def factor(found: str, wanted: str) -> float:
         return float(registry().Quantity(1.0, parse(found)).to(parse(wanted)).magnitude)
     except pint.DimensionalityError as why:
         raise InputError(f"unit '{found}' can't be read as '{wanted}'") from why
+
+
+@cache
+def tidy(unit: str) -> str:
+    """A unit as people write it, e.g. "(N)/((mm))**3" → "N/mm³"; "1" for none. It reads back by `parse`."""
+    parsed = parse(unit)
+    text = f"{parsed:~C}".replace("**2", "²").replace("**3", "³").replace("*", "·").replace("Ω", "ohm")
+    return text or "1"

@@ -191,8 +191,6 @@ class Model:
         inner = replace(old, name=f"{equation}_{count}")
         between = statements(inner.symbol) if callable(statements) else statements
         outer = Equation(equation, change(inner.symbol), old.unit, ref, text)
-        if inner.complex != outer.complex:
-            raise InputError(f"equation '{equation}' of model '{self.id}' can't change from real to complex")
         at = [s.name for s in self.statements].index(equation)
         have = {i.name for i in self.inputs}
         return replace(
