@@ -1,0 +1,181 @@
+"""A case: which recordings a model is fitted to, and what is known beforehand (contract: `case.toml`)."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from modelgen.errors import did_you_mean
+from modelgen.recordings.casefile import CaseFile, RecordingSpec, read_case_file
+from modelgen.recordings.columns import read_channels
+from modelgen.recordings.signature import Channel, Signature
+from modelgen.recordings.table import fail, read_table
+
+__all__ = ["Case", "CaseFile", "Noise", "Recording", "RecordingSpec", "load_case", "read_case_file"]
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What the user says of the noise; channels are named as the model names them.
+
+    sigma: standard deviation in the channel's unit. relative: the same over the modulus of the value.
+    calibration: (relative rms, correlation length in ln f) of a smooth instrument error.
+    """
+
+    sigma: Mapping[str, float] = field(default_factory=dict)
+    relative: Mapping[str, float] = field(default_factory=dict)
+    calibration: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """One recording in the model's units. All arrays have shape (n,), are contiguous and read-only.
+
+    kinds: of each output, "real", "complex" (complex128), "modulus" or "phase" (deg) of a complex output.
+    constants: values known for this recording alone; they go before those of the case.
+    """
+
+    name: str
+    path: Path | None
+    role: str
+    inputs: Mapping[str, np.ndarray]
+    outputs: Mapping[str, np.ndarray]
+    kinds: Mapping[str, str] = field(default_factory=dict)
+    constants: Mapping[str, float] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        inputs = {k: _frozen(v) for k, v in self.inputs.items()}
+        outputs = {k: _frozen(v) for k, v in self.outputs.items()}
+        sizes = {v.shape for v in (*inputs.values(), *outputs.values())}
+        if len(sizes) > 1 or any(len(s) != 1 for s in sizes):
+            raise fail(f"recording '{self.name}': arrays of shapes {sorted(sizes)}, wanted one length")
+        plain = {k: "complex" if np.iscomplexobj(v) else "real" for k, v in outputs.items()}
+        kinds = plain | dict(self.kinds)
+        for name, value in (("inputs", inputs), ("outputs", outputs), ("kinds", kinds)):
+            object.__setattr__(self, name, value)
+
+    @property
+    def n(self) -> int:
+        """Number of samples."""
+        return int(next(iter((*self.outputs.values(), *self.inputs.values()))).size)
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A model's name, its recordings, and what is known of its parameters, in the model's units."""
+
+    path: Path | None
+    model: str
+    recordings: tuple[Recording, ...]
+    per_recording: tuple[str, ...] = ()
+    constants: Mapping[str, float] = field(default_factory=dict)
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    noise: Noise = field(default_factory=Noise)
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def fit(self) -> tuple[Recording, ...]:
+        """The recordings that a fit may see."""
+        return tuple(r for r in self.recordings if r.role == "fit")
+
+    @property
+    def holdout(self) -> tuple[Recording, ...]:
+        """The recordings that neither a fit nor a choice between hypotheses may see."""
+        return tuple(r for r in self.recordings if r.role == "holdout")
+
+
+def load_case(case_file: CaseFile, signature: Signature) -> Case:
+    """Read the recordings of a case and check its names against the model's signature.
+
+    Raises InputError, one line with file and place, for anything that is wrong in the case or its tables.
+    """
+    _check_names(case_file, signature)
+    return Case(
+        path=case_file.path,
+        model=case_file.model,
+        recordings=tuple(
+            _load(case_file, spec, name, signature)
+            for spec, name in zip(case_file.recordings, _names(case_file.recordings), strict=True)
+        ),
+        per_recording=case_file.per_recording,
+        constants=case_file.constants,
+        bounds=case_file.bounds,
+        noise=_noise(case_file, signature),
+        options=case_file.options,
+    )
+
+
+def _frozen(values: Any) -> np.ndarray:
+    kind = np.complex128 if np.iscomplexobj(values) else np.float64
+    array = np.array(values, dtype=kind, order="C")
+    array.setflags(write=False)
+    return array
+
+
+def _load(case_file: CaseFile, spec: RecordingSpec, name: str, signature: Signature) -> Recording:
+    path = case_file.path.parent / spec.file
+    found = read_channels(read_table(path), signature)
+    return Recording(
+        name, path, spec.role, found.inputs, found.outputs, found.kinds, spec.constants, found.warnings
+    )
+
+
+def _names(specs: Iterable[RecordingSpec]) -> list[str]:
+    """The stem of each file; its whole path where two files in different folders share a stem."""
+    paths = [Path(s.file) for s in specs]
+    count = Counter(p.stem for p in paths)
+    return [p.stem if count[p.stem] == 1 else p.as_posix() for p in paths]
+
+
+def _check_names(case: CaseFile, signature: Signature) -> None:
+    """Every parameter named is one of the model's, and is either fixed or searched, not both."""
+    places = [
+        ("per_recording", case.per_recording),
+        ("[constants]", case.constants),
+        ("[bounds]", case.bounds),
+    ]
+    places += [(f"recording '{s.file}' constants", s.constants) for s in case.recordings]
+    for place, names in places:
+        for name in names:
+            if name not in signature.parameters:
+                hint = did_you_mean(name, signature.parameters)
+                raise fail(f"{case.path}, {place}: {signature.model} has no parameter '{name}'{hint}")
+    everywhere = set.intersection(*(set(s.constants) for s in case.recordings))
+    for name in case.bounds:
+        if name in case.constants or name in everywhere:
+            raise fail(f"{case.path}, [bounds] {name}: has a bound and a constant, wanted one of them")
+    for name in case.per_recording:
+        if name in case.constants or name in everywhere:
+            raise fail(f"{case.path}, per_recording '{name}': is a constant, so it is free nowhere")
+
+
+def _noise(case: CaseFile, signature: Signature) -> Noise:
+    """Sort the [noise] table into its three kinds, named by the model's channels."""
+    places: dict[str, tuple[str, Channel]] = {}
+    for channel in (*signature.inputs, *signature.outputs):
+        for name in channel.names:
+            places[name] = ("sigma", channel)
+            if channel in signature.outputs:
+                places[f"{name}_relative"] = ("relative", channel)
+                places[f"{name}_calibration"] = ("calibration", channel)
+    found: dict[str, dict[str, Any]] = {"sigma": {}, "relative": {}, "calibration": {}}
+    for key, value in case.noise.items():
+        where = f"{case.path}, [noise] {key}"
+        if key not in places:
+            raise fail(f"{where}: {signature.model} has no such channel{did_you_mean(key, places)}")
+        kind, channel = places[key]
+        if isinstance(value, tuple) != (kind == "calibration"):
+            wanted = "[rms, length in ln f]" if kind == "calibration" else "one number"
+            raise fail(f"{where} = {list(value) if isinstance(value, tuple) else value}: wanted {wanted}")
+        if value == 0 and channel in signature.outputs:
+            raise fail(f"{where} = 0: an output without noise can't be weighted, wanted a number above zero")
+        if channel.name in found[kind]:
+            raise fail(f"{where}: the noise of '{channel.name}' is given twice")
+        found[kind][channel.name] = value
+    return Noise(**found)

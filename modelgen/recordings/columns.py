@@ -1,0 +1,205 @@
+"""From the columns of a table to the channels of a signature, in the signature's units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modelgen.errors import InputError, did_you_mean
+from modelgen.recordings.convert import affine, is_frequency, is_time
+from modelgen.recordings.signature import Channel, Signature
+from modelgen.recordings.table import Column, Table, fail, show
+
+Array = NDArray[np.float64] | NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Part:
+    """What one column can hold: a channel's value, or one part of a complex channel."""
+
+    channel: str
+    what: str  # "value", "re", "im", "modulus", "phase"
+    unit: str
+
+
+@dataclass(frozen=True)
+class Channels:
+    """All channels of one table: arrays of shape (n,) in the units of the signature."""
+
+    inputs: dict[str, NDArray[np.float64]]
+    outputs: dict[str, Array]
+    kinds: dict[str, str]
+    warnings: tuple[str, ...]
+
+
+def read_channels(table: Table, signature: Signature) -> Channels:
+    """Pick, convert and check the columns of a model's inputs and outputs.
+
+    Raises InputError, with file, line and column, for what is missing, doubled, of the wrong unit or unordered.
+    """
+    picked, notes = _pick(table, signature)
+    scales = {part: _scale(table, column, part.unit) for part, column in picked.items()}
+    raw = table.numbers(tuple(picked.values()))
+    values = {}
+    for (part, column), numbers in zip(picked.items(), raw, strict=True):
+        a, b = scales[part]
+        values[part] = numbers * a + b if b else numbers * a
+        _check_range(table, column, part, values[part], numbers)
+    order, note = _order(table, picked, values, signature)
+    if order is not None:
+        values = {part: v[order] for part, v in values.items()}
+    named = {(part.channel, part.what): v for part, v in values.items()}
+    inputs = {c.name: named[c.name, "value"] for c in signature.inputs}
+    outputs: dict[str, Array] = {}
+    kinds: dict[str, str] = {}
+    for channel in signature.outputs:
+        found = _combine(channel, named)
+        if found is not None:
+            kinds[channel.name], outputs[channel.name] = found
+    return Channels(inputs, outputs, kinds, (*notes, *note))
+
+
+def _parts(signature: Signature) -> dict[str, Part]:
+    """Every column name that a table of this signature may have, and what it means."""
+    parts: dict[str, Part] = {}
+    for channel in (*signature.inputs, *signature.outputs):
+        if not channel.complex:
+            parts |= {name: Part(channel.name, "value", channel.unit) for name in channel.names}
+    several = sum(c.complex for c in signature.outputs) > 1
+    for channel in signature.outputs:
+        if channel.complex:
+            parts |= dict(_complex_parts(channel, bare_phase=not several))
+    return parts
+
+
+def _complex_parts(channel: Channel, bare_phase: bool) -> Iterator[tuple[str, Part]]:
+    for x in channel.names:
+        yield f"Re {x}", Part(channel.name, "re", channel.unit)
+        yield f"Im {x}", Part(channel.name, "im", channel.unit)
+        for name in (f"|{x}|", f"abs_{x}", f"abs {x}"):
+            yield name, Part(channel.name, "modulus", channel.unit)
+        for name in (f"phase {x}", f"phase_{x}", *(["phase"] if bare_phase else [])):
+            yield name, Part(channel.name, "phase", "deg")
+
+
+def _pick(table: Table, signature: Signature) -> tuple[dict[Part, Column], list[str]]:
+    """The column of each part that the table has, and what to warn of."""
+    parts = _parts(signature)
+    picked: dict[Part, Column] = {}
+    others: list[Column] = []
+    for column in table.columns:
+        part = parts.get(column.name)
+        if part is None:
+            others.append(column)
+        elif part in picked:
+            raise fail(f"{table.at(column)}: the same quantity as column {show(picked[part].title)}")
+        else:
+            picked[part] = column
+    _check_complete(table, signature, picked, others)
+    ignored = f"not a quantity of {signature.model}, ignored"
+    notes = [f"{table.at(c)}: {ignored}{did_you_mean(c.name, parts)}" for c in others]
+    for channel in signature.outputs:  # an analyser may export Re, Im, |Z| and phase side by side
+        if any(p.channel == channel.name and p.what == "re" for p in picked):
+            for part in [p for p in picked if p.channel == channel.name and p.what in ("modulus", "phase")]:
+                column = picked.pop(part)
+                notes.append(f"{table.at(column)}: ignored, {channel.name} is read from its Re and Im")
+    return picked, notes
+
+
+def _check_complete(
+    table: Table, signature: Signature, picked: dict[Part, Column], others: list[Column]
+) -> None:
+    """Every input, at least one output, and no real part without the imaginary one."""
+    have = {(p.channel, p.what) for p in picked}
+    spare = [c.name for c in others]
+    for channel in signature.inputs:
+        if (channel.name, "value") not in have:
+            wanted = f"'{channel.name} [{channel.unit}]'"
+            hint = next((h for x in channel.names if (h := did_you_mean(x, spare))), _listing(table))
+            raise fail(f"{table.at()}: no column {wanted}, which {signature.model} needs{hint}")
+    names = {c.name for c in signature.outputs}
+    if not any(p.channel in names for p in picked):
+        titles = [x for x, p in _parts(signature).items() if p.channel in names]
+        hint = next((h for x in titles if (h := did_you_mean(x, spare))), _listing(table))
+        raise fail(f"{table.at()}: no output column, wanted {' or '.join(map(repr, titles[:4]))}{hint}")
+    for part, column in picked.items():
+        twin = {"re": "im", "im": "re"}.get(part.what)
+        if twin and (part.channel, twin) not in have:
+            hint = did_you_mean(f"{twin.title()} {part.channel}", spare)
+            raise fail(f"{table.at(column)}: '{twin.title()} {part.channel}' is missing beside it{hint}")
+
+
+def _listing(table: Table) -> str:
+    return "; found " + show(", ".join(c.title for c in table.columns))
+
+
+def _scale(table: Table, column: Column, wanted: str) -> tuple[float, float]:
+    if column.unit is None:
+        raise fail(f"{table.at(column)}: no unit, wanted '{column.name} [{wanted}]'")
+    try:
+        return affine(column.unit, wanted)
+    except InputError as why:
+        raise fail(f"{table.at(column)}: {why}") from why
+
+
+def _check_range(
+    table: Table, column: Column, part: Part, values: NDArray[np.float64], found: NDArray[np.float64]
+) -> None:
+    """Frequencies are above zero, moduli not below, and nothing overflows in the unit of the model."""
+    for wrong, says in (
+        (~np.isfinite(values), f"is too large in '{part.unit}'"),
+        ((values <= 0) & (part.what == "value" and is_frequency(part.unit)), "is not a frequency above zero"),
+        ((values < 0) & (part.what == "modulus"), "is negative, but a modulus can't be"),
+    ):
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            raise fail(f"{table.at(column, row)}: {found[row]:g} {says}")
+
+
+def _order(
+    table: Table, picked: dict[Part, Column], values: dict[Part, NDArray[np.float64]], signature: Signature
+) -> tuple[NDArray[np.intp] | None, tuple[str, ...]]:
+    """The permutation that sorts the axis, None where it is sorted, and the warning that goes with it.
+
+    Frequencies can be sorted without harm; samples of time can't, since they may come from two records.
+    """
+    part = next((p for p in picked if p.channel == signature.axis), None)
+    if part is None:
+        return None, ()
+    axis, column = values[part], picked[part]
+    order = np.argsort(axis, kind="stable")
+    twice = np.flatnonzero(np.diff(axis[order]) == 0)
+    if twice.size:
+        first, second = (int(table.lines[order[n]]) for n in (twice[0], twice[0] + 1))
+        value = axis[order[twice[0]]]
+        raise fail(
+            f"{table.path}, lines {first} and {second}, column {show(column.title)}: "
+            f"{value:.12g} {part.unit} occurs twice"
+        )
+    back = np.flatnonzero(np.diff(axis) < 0)
+    if not back.size:
+        return None, ()
+    row = int(back[0]) + 1
+    if is_time(part.unit):
+        before, after = (f"{axis[n]:.12g} {part.unit}" for n in (row - 1, row))
+        raise fail(f"{table.at(column, row)}: time goes back, from {before} to {after}")
+    return order, (f"{table.at(column, row)}: not in ascending order, the rows were sorted",)
+
+
+def _combine(channel: Channel, named: dict[tuple[str, str], NDArray[np.float64]]) -> tuple[str, Array] | None:
+    """(kind, array) of one output from the parts that the table has, None when it has none."""
+    value, re, im, modulus, phase = (
+        named.get((channel.name, what)) for what in ("value", "re", "im", "modulus", "phase")
+    )
+    if value is not None:
+        return "real", value
+    if re is not None and im is not None:
+        return "complex", re + 1j * im
+    if modulus is not None and phase is not None:
+        return "complex", modulus * np.exp(1j * np.deg2rad(phase))
+    if modulus is not None:
+        return "modulus", modulus
+    return None if phase is None else ("phase", phase)

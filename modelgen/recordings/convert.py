@@ -1,0 +1,58 @@
+"""Units of recorded columns, where a plain factor would be silently wrong."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from modelgen.errors import InputError
+from modelgen.units import factor, parse, registry
+
+
+def affine(found: str, wanted: str) -> tuple[float, float]:
+    """(a, b) so that a value x in `found` is a·x + b in `wanted`.
+
+    Beyond a plain factor: degC, degF have an offset; rad/s, rpm and deg/s are 2π, 60 and 360 per Hz, where
+    Pint, which holds an angle to be a pure number, would read 1 rad/s as 1 Hz.
+    Raises InputError for an unknown unit, another dimension, a logarithmic unit, a pure number for an angle.
+    """
+    from_unit, to_unit = parse(found), parse(wanted)
+    if not from_unit.is_compatible_with(to_unit):
+        raise InputError(f"unit '{found}' can't be read as '{wanted}'")
+    try:
+        converted = (registry().Quantity(x, from_unit).to(to_unit) for x in (0.0, 1.0, 2.0))
+        zero, one, two = (float(x.magnitude) for x in converted)
+    except Exception as why:  # Pint refuses products of offset units, such as degC/s
+        raise InputError(f"unit '{found}' can't be converted to '{wanted}' by a factor") from why
+    if abs(two - 2 * one + zero) > 1e-9 * max(abs(zero), abs(one), abs(two)):
+        raise InputError(f"unit '{found}' is logarithmic; wanted a linear unit such as '{wanted}'")
+    if abs(zero) > 1e-12 * abs(one):
+        return one - zero, zero
+    return factor(found, wanted) * _turns(found, from_unit, wanted, to_unit), 0.0
+
+
+def is_frequency(unit: str) -> bool:
+    """Whether a unit counts events per time."""
+    return bool(parse(unit).dimensionality == registry().Unit("Hz").dimensionality)
+
+
+def is_time(unit: str) -> bool:
+    """Whether a unit is one of time."""
+    return bool(parse(unit).dimensionality == registry().Unit("s").dimensionality)
+
+
+def _turns(found: str, from_unit: Any, wanted: str, to_unit: Any) -> float:
+    """2π or its inverse where one unit counts radians and the other turns."""
+    angles = _angle_power(from_unit) - _angle_power(to_unit)
+    if angles == 0:
+        return 1.0
+    if is_frequency(wanted):
+        return float((2 * math.pi) ** -angles)
+    if from_unit.dimensionless:  # tan δ is no angle
+        raise InputError(f"unit '{found}' can't be read as '{wanted}'")
+    return 1.0
+
+
+def _angle_power(unit: Any) -> float:
+    base: Any = registry().Quantity(1.0, unit).to_base_units().units
+    return float(dict(base._units).get("radian", 0))

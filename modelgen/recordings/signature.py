@@ -1,0 +1,32 @@
+"""What a reader must know of a model: the names and units of what goes in, comes out and can be fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One input or output. `measured_as`: further column names of the same quantity (F is recorded as F_m)."""
+
+    name: str
+    unit: str
+    complex: bool = False
+    measured_as: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All names by which a column or a noise entry may call this channel."""
+        return (self.name, *self.measured_as)
+
+
+@dataclass(frozen=True)
+class Signature:
+    """A model as its recordings see it. `axis` is the input that must be ordered ("f", "t"), "" if none."""
+
+    model: str
+    inputs: tuple[Channel, ...]
+    outputs: tuple[Channel, ...]
+    parameters: Mapping[str, str]  # name -> unit
+    axis: str = ""

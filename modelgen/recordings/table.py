@@ -1,0 +1,151 @@
+"""CSV with one header line of `name [unit]`: read fast, and when a cell is wrong, say which one."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modelgen.errors import InputError
+
+
+def fail(message: str) -> InputError:
+    """An InputError of one line, whatever the user's names and cells contain."""
+    return InputError(" ".join(message.splitlines()))
+
+
+def show(text: object) -> str:
+    """A value as found, quoted, on one line, and no longer than a message can bear."""
+    full = repr(text)
+    return full if len(full) <= 60 else full[:56] + "...'"
+
+
+def read_text(path: Path) -> str:
+    """The text of a regular UTF-8 file, byte-order mark or not. Raises InputError when there is none."""
+    try:
+        if not path.exists():
+            raise fail(f"{path}: no such file")
+        if not path.is_file():  # a folder, or a device that never ends
+            raise fail(f"{path}: not a regular file")
+        data = path.read_bytes()
+    except (OSError, ValueError) as why:  # ValueError: a null byte in the name
+        raise fail(f"{show(str(path))}: can't be read ({getattr(why, 'strerror', None) or why})") from why
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as why:
+        line = data.count(b"\n", 0, why.start) + 1
+        raise fail(f"{path}, line {line}: byte 0x{data[why.start]:02x} is not UTF-8 text") from why
+    if "\0" in text:
+        raise fail(f"{path}, line {text.count(chr(10), 0, text.index(chr(0))) + 1}: binary data, not text")
+    return text
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column as its header names it. `unit` is None where the header gives none."""
+
+    index: int
+    title: str
+    name: str
+    unit: str | None
+
+    @staticmethod
+    def read(index: int, cell: str) -> Column:
+        title = " ".join(cell.split())
+        found = re.fullmatch(r"(.*?)\s*\[([^\[\]]*)\]", title)
+        if found:
+            return Column(index, title, found[1], found[2].strip() or None)
+        return Column(index, title, re.sub(r"\s*\(.*\)$", "", title) or title, None)
+
+
+@dataclass(frozen=True)
+class Table:
+    """A CSV file: its columns, and its rows as text with their line numbers (1-based, shape (n,))."""
+
+    path: Path
+    header_line: int
+    columns: tuple[Column, ...]
+    lines: NDArray[np.int64]
+    rows: Sequence[str]
+
+    def at(self, column: Column | None = None, row: int | None = None) -> str:
+        """The place of an error, as the start of its message."""
+        line = self.header_line if row is None else int(self.lines[row])
+        return f"{self.path}, line {line}" + (f", column {show(column.title)}" if column else "")
+
+    def numbers(self, wanted: Sequence[Column]) -> NDArray[np.float64]:
+        """The wanted columns as numbers, shape (len(wanted), n). Raises InputError at the first bad cell."""
+        try:
+            values = np.loadtxt(self.rows, delimiter=",", comments=None, ndmin=2, dtype=np.float64)
+        except ValueError:
+            return self._cell_by_cell(wanted)
+        if values.shape[1] == len(self.columns):
+            picked = np.ascontiguousarray(values.T[[c.index for c in wanted]])
+            if np.isfinite(picked).all():
+                return picked
+        return self._cell_by_cell(wanted)
+
+    def _cell_by_cell(self, wanted: Sequence[Column]) -> NDArray[np.float64]:
+        """The slow way: finds the bad cell; reads what the fast way can't (quotes, text in other columns)."""
+        values = np.empty((len(wanted), len(self.rows)))
+        for n, row in enumerate(self.rows):
+            cells = split(row)
+            if len(cells) != len(self.columns):
+                raise fail(
+                    f"{self.at(row=n)}: {len(cells)} cells, but {len(self.columns)} columns in the header"
+                )
+            for k, column in enumerate(wanted):
+                values[k, n] = self._number(cells[column.index], column, n)
+        return values
+
+    def _number(self, cell: str, column: Column, row: int) -> float:
+        try:
+            value = math.nan if "_" in cell else float(cell)  # Python would read 1_000
+        except ValueError:
+            value = math.nan
+        if math.isfinite(value):
+            return value
+        found = f"{show(cell.strip())} is not a finite number" if cell.strip() else "the cell is empty"
+        raise fail(f"{self.at(column, row)}: {found}")
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def split(row: str) -> list[str]:
+    """The cells of one line; quotes are allowed."""
+    try:
+        return next(csv.reader([row], skipinitialspace=True), [])
+    except csv.Error:
+        return row.split(",")
+
+
+def read_table(path: Path) -> Table:
+    """Read header and rows of a CSV file. Blank lines and lines that start with # are skipped.
+
+    Raises InputError when the file is missing, not text, empty, or holds no more than a header.
+    """
+    text = read_text(path).replace("\r\n", "\n").replace("\r", "\n")
+    rows = text.split("\n")
+    kept = [n for n, row in enumerate(rows) if row and not row.isspace() and not row.lstrip().startswith("#")]
+    if not kept:
+        raise fail(f"{path}: the file is empty; wanted a header of 'name [unit]' columns, then numbers")
+    first = kept[0]
+    columns = tuple(Column.read(i, cell) for i, cell in enumerate(split(rows[first])))
+    if all(_is_number(c.title) for c in columns):
+        raise fail(f"{path}, line {first + 1}: {show(rows[first])} is no header of 'name [unit]' columns")
+    if len(kept) == 1:
+        raise fail(f"{path}, line {first + 1}: a header, but no data below it")
+    lines = np.array(kept[1:], dtype=np.int64) + 1
+    return Table(path, first + 1, columns, lines, [rows[n] for n in kept[1:]])
