@@ -1,0 +1,109 @@
+"""Gauss–Newton with Levenberg's damping and bounds: the local method of choice for a fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, at_least
+from modelgen.fit.problem import Matrix, Problem, Vector
+
+FLAT = 1e-6  # cosine between residual and Jacobian's columns at which a stalled run still counts as converged
+FORGET = 0.1  # a column's scale falls by no more than this in a step: what goes blind stays damped
+
+
+@dataclass(frozen=True)
+class GaussNewton(Method):
+    """Levenberg–Marquardt on the normal equations; each step is the damped quadratic's minimum within bounds.
+
+    The damping follows Nielsen (1999, IMM-REP-1999-05), in units of the Jacobian's column norms (Moré 1978),
+    so that parameters need no scaling: an affine change of any of them changes no step. A parameter on a
+    bound with the gradient pushing out is frozen; one that a step would take across is put on the bound and
+    the others are solved again. tol: relative decrease of r·r at which it stops. damping: the first one, in
+    units of the scaled normal matrix (whose diagonal is 1).
+    """
+
+    max_iter: int = 200
+    tol: float = 1e-13
+    damping: float = 1e-3
+
+    def __post_init__(self) -> None:
+        at_least(1, max_iter=self.max_iter)
+        at_least(0, tol=self.tol, damping=self.damping)
+
+    @property
+    def text(self) -> str:
+        return "Gauss–Newton with Levenberg–Marquardt damping"
+
+    def _search(self, problem: Problem, start: Vector, watch: Watch, seed: Seed) -> Outcome:
+        lower, upper = problem.lower, problem.upper
+        theta = start
+        f, g, A = watch.normal_equations(theta)
+        if not np.isfinite(f):
+            return watch.outcome(Reason.NOT_FINITE)
+        floor, mu, nu = 1e-28 * f, self.damping, 2.0
+        D = _scale(A, np.zeros_like(theta))
+        for iteration in range(1, self.max_iter + 1):
+            free = ~((theta <= lower) & (g > 0) | (theta >= upper) & (g < 0))
+            slope = float(np.max(np.abs(g / D)[free], initial=0.0))
+            if f <= floor or slope <= 1e-14 * np.sqrt(f):
+                return watch.outcome(Reason.CONVERGED)
+            low, high = lower - theta, upper - theta
+            step = _step(A, g, D, mu, free, low, high)
+            trial = np.where(step <= low, lower, np.where(step >= high, upper, theta + step))
+            predicted = -float(step @ (2 * g + A @ step))
+            f_new, g_new, A_new = watch.normal_equations(trial)
+            decrease = f - f_new
+            watch.tell(iteration, self.max_iter)
+            gain = decrease / predicted if predicted > 0 else -1.0
+            if decrease > 0 and gain > 1e-4:
+                small = max(decrease, predicted) <= self.tol * f and gain > 0.25
+                theta, f, g, A = trial, f_new, g_new, A_new
+                D = _scale(A, D)
+                mu, nu = max(mu * max(1 / 3, 1 - (2 * gain - 1) ** 3), 1e-16), 2.0
+                if small:
+                    return watch.outcome(Reason.CONVERGED)
+            elif predicted <= 1e-15 * f or np.all(np.abs(step) <= 1e-15 * np.abs(theta)):
+                # what is left to gain drowns in rounding; a slope here means that value and gradient disagree
+                return watch.outcome(Reason.CONVERGED if slope <= FLAT * np.sqrt(f) else Reason.STALLED)
+            else:
+                mu, nu = mu * nu, 2 * nu
+        return watch.outcome(Reason.BUDGET)
+
+
+def _scale(A: Matrix, before: Vector) -> Vector:
+    """Column norms of J (p,), forgetting larger ones slowly; 1 for a parameter that does nothing."""
+    D = np.maximum(np.sqrt(A.diagonal()), FORGET * before)
+    D[D == 0] = 1.0
+    return D
+
+
+def _step(
+    A: Matrix, g: Vector, D: Vector, mu: float, free: NDArray[np.bool_], low: Vector, high: Vector
+) -> Vector:
+    """Minimise g·s + ½ s·(A + μ D²)·s over the free s; those that would leave [low, high] end on it."""
+    step = np.zeros_like(g)
+    index = np.flatnonzero(free)
+    while index.size:
+        d = D[index]
+        M = A[index[:, None], index] / (d[:, None] * d)
+        M.flat[:: index.size + 1] += mu
+        s = _solve(M, -(g + A @ step)[index] / d) / d
+        outside = (s < low[index]) | (s > high[index])
+        if not outside.any():
+            step[index] = s
+            break
+        hit = index[outside]
+        step[hit] = np.where(s[outside] < low[hit], low[hit], high[hit])
+        index = index[~outside]
+    return step
+
+
+def _solve(M: Matrix, b: Vector) -> Vector:
+    """M x = b for a scaled M; the least x where rounding has made M singular."""
+    try:
+        return np.asarray(np.linalg.solve(M, b), dtype=float)
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.lstsq(M, b, rcond=1e-15)[0], dtype=float)

@@ -1,0 +1,61 @@
+"""Many starts of one method, for objectives with several basins."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from modelgen.fit.gauss_newton import GaussNewton
+from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, at_least, part
+from modelgen.fit.problem import Matrix, Problem, Vector
+from modelgen.fit.pso import uniform
+
+SAME = 1e-6  # relative difference of r·r within which two starts have reached the same optimum
+ZERO = 1e-12  # r·r, relative to the first start's, that counts as 0
+
+
+@dataclass(frozen=True)
+class MultiStart(Method):
+    """Run `inner` from the given start and from a Latin hypercube of others, and keep the best.
+
+    The hypercube fills the box of the bounds, by the logarithm where they are positive and more than two
+    decades apart; an infinite bound counts as 10 |start| from the start. The outcome says how many `starts`
+    `reached` the best value, and where each ended (population).
+    """
+
+    inner: Method = field(default_factory=GaussNewton)
+    starts: int = 20
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        at_least(1, starts=self.starts)
+
+    @property
+    def text(self) -> str:
+        return f"{self.inner.text}, from {self.starts} starts"
+
+    def _search(self, problem: Problem, start: Vector, watch: Watch, seed: Seed) -> Outcome:
+        rng = np.random.default_rng(self.seed if seed is None else seed)
+        low, high = problem.box()
+        begins = np.vstack([start, uniform(low, high, latin_hypercube(self.starts - 1, low.size, rng))])
+        ends: list[Outcome] = []
+        for done, begin in enumerate(begins):
+            ends.append(self.inner.run(problem, begin, part(watch.progress, done, self.starts), rng))
+            watch.absorb(ends[-1])
+            if ends[-1].reason is Reason.INTERRUPTED:
+                break
+        best = min(ends, key=lambda end: end.value)
+        interrupted = ends[-1].reason is Reason.INTERRUPTED
+        found = watch.outcome(Reason.INTERRUPTED if interrupted else best.reason)
+        enough = found.value * (1 + SAME) + ZERO * problem.value(start)
+        reached = sum(end.value <= enough for end in ends)
+        return replace(
+            found, population=np.array([end.theta for end in ends]), reached=reached, starts=len(ends)
+        )
+
+
+def latin_hypercube(m: int, p: int, rng: np.random.Generator) -> Matrix:
+    """m points (m, p) in the unit cube, one in each of m layers along every axis (McKay et al. 1979)."""
+    layers = rng.permuted(np.tile(np.arange(m)[:, None], p), axis=0)
+    return (layers + rng.random((m, p))) / max(m, 1)

@@ -1,0 +1,165 @@
+"""The result of a fit as a value, and as the JSON of the contract."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from modelgen.errors import InputError, ToolError, did_you_mean
+from modelgen.fit.problem import Matrix, Problem
+from modelgen.fit.uncertainty import Uncertainty
+
+SCHEMA = "modelgen.fit/1"
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One parameter: value and standard deviation (NaN when not determined) in `unit`."""
+
+    name: str
+    value: float
+    std: float
+    unit: str
+    at_bound: bool = False
+    determined: bool = True
+
+
+@dataclass(frozen=True)
+class RecordingFit:
+    """How one recording is fitted: rms of the residual in the output's unit, and relative to the noise."""
+
+    file: str
+    role: str
+    points: int
+    rms: float
+    unit: str
+    rms_over_noise: float
+
+
+@dataclass(frozen=True)
+class FitResult:
+    """What a fit found. rms: by output unit, each {"fit": …, "holdout": …}; the first unit is the main one.
+
+    rms_over_noise: {"fit": …, "holdout": …}, 1 where only noise is left. correlation (p, p), rank and
+    `undetermined` (sentences) as in `Uncertainty`. A figure that does not exist is NaN here and null in the
+    JSON.
+    """
+
+    model: str
+    parameters: tuple[Estimate, ...]
+    correlation: Matrix
+    rank: int
+    undetermined: tuple[str, ...]
+    rms: Mapping[str, Mapping[str, float]]
+    rms_over_noise: Mapping[str, float]
+    seconds: float
+    reason: str
+    method: str
+    recordings: tuple[RecordingFit, ...] = ()
+    notes: tuple[str, ...] = field(default=())
+
+    def __getitem__(self, name: str) -> Estimate:
+        """The estimate of one parameter. Raises InputError, with the nearest name, for an unknown one."""
+        for estimate in self.parameters:
+            if estimate.name == name:
+                return estimate
+        raise InputError(f"unknown parameter '{name}'{did_you_mean(name, [e.name for e in self.parameters])}")
+
+    @property
+    def values(self) -> dict[str, float]:
+        """name → value, to hand to a model."""
+        return {e.name: e.value for e in self.parameters}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The `fit` result of the contract, and more: correlation, rank, undetermined, recordings, notes."""
+        main = next(iter(self.rms), "")
+        parameters = {
+            e.name: {
+                "value": e.value,
+                "std": e.std,
+                "unit": e.unit,
+                "at_bound": e.at_bound,
+                "determined": e.determined,
+            }
+            for e in self.parameters
+        }
+        whole = {
+            "schema": SCHEMA,
+            "model": self.model,
+            "parameters": parameters,
+            "rms": _fit_and_holdout(self.rms.get(main, {})) | {"unit": main},
+            "rms_over_noise": _fit_and_holdout(self.rms_over_noise),
+            "seconds": self.seconds,
+            "rms_by_unit": {unit: _fit_and_holdout(rms) for unit, rms in self.rms.items()},
+            "correlation": np.asarray(self.correlation).tolist(),
+            "rank": self.rank,
+            "undetermined": self.undetermined,
+            "recordings": [asdict(recording) for recording in self.recordings],
+            "notes": self.notes,
+            "reason": self.reason,
+            "method": self.method,
+        }
+        plain: dict[str, Any] = _plain(whole)
+        return plain
+
+    def to_json(self) -> str:
+        """`to_dict` as text."""
+        return json.dumps(self.to_dict(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+    def write_json(self, path: str | Path) -> None:
+        """Write `to_json` whole or not at all. Raises InputError or ToolError as `write_atomically` does."""
+        write_atomically(path, self.to_json())
+
+
+def estimates(problem: Problem, theta: ArrayLike, known: Uncertainty) -> tuple[Estimate, ...]:
+    """Put names, values θ (p,), standard deviations and units side by side."""
+    rows = zip(
+        problem.names, np.asarray(theta).tolist(), known.std.tolist(), problem.units,
+        known.at_bound.tolist(), known.determined.tolist(), strict=True,
+    )  # fmt: skip
+    return tuple(Estimate(*row) for row in rows)
+
+
+def write_atomically(path: str | Path, text: str) -> None:
+    """Write UTF-8 text to a neighbouring file, then rename it: a reader sees the old file or the new one,
+    whole.
+
+    Raises InputError when the folder is missing or `path` is a folder, ToolError when the system refuses.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise InputError(f"cannot write {path}: it is a folder, a file name is wanted")
+    if not path.parent.is_dir():
+        raise InputError(f"cannot write {path}: the folder {path.parent} does not exist")
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        try:
+            with open(part, "w", encoding="utf-8") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())  # a full disk may say so only here
+            os.replace(part, path)
+        finally:
+            part.unlink(missing_ok=True)
+    except OSError as why:
+        raise ToolError(f"cannot write {path}: {why.strerror or why}") from why
+
+
+def _fit_and_holdout(figures: Mapping[str, float]) -> dict[str, float]:
+    return {role: float(figures.get(role, np.nan)) for role in ("fit", "holdout")}
+
+
+def _plain(thing: Any) -> Any:
+    """The same with what JSON has not (NaN, ±inf) as null."""
+    if isinstance(thing, dict):
+        return {name: _plain(value) for name, value in thing.items()}
+    if isinstance(thing, list | tuple):
+        return [_plain(value) for value in thing]
+    return None if isinstance(thing, float) and not np.isfinite(thing) else thing
