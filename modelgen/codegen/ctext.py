@@ -1,0 +1,140 @@
+"""Real graph nodes as C: one `const` variable a line, short single-use terms written where they are used."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from modelgen.codegen.real import Graph
+
+INFIX = {"add": ("+", 6), "sub": ("-", 6), "mul": ("*", 7), "div": ("/", 7)}
+RELATION = {"lt": "<", "le": "<=", "eq": "==", "ne": "!=", "and": "&&", "or": "||"}
+FUNCTION = {"fmin": "mg_min", "fmax": "mg_max", "sign": "mg_sign"}
+ATOM, LONGEST = 9, 72
+
+RESERVED = frozenset(
+    """auto break case char const continue default do double else enum extern float for goto if inline int long register
+    restrict return short signed sizeof static struct switch typedef union unsigned void volatile while n i b l k in p
+    stride work out jac data weight acc theta nset ssq jtj jtr lanes step gamma y0 y1 yn j0 j1 jn exp log pow sin cos
+    tan asin acos atan atan2 sinh cosh tanh sqrt fabs floor ceil fmod hypot erf lgamma tgamma expm1 log1p signgam
+    time index div abs labs remove rename round trunc rint fmin fmax fma significand drem scalb main NULL EOF
+    size_t NAN INFINITY nan inf""".split()
+)
+
+
+def c_name(name: str) -> str:
+    """A name of the model as a C identifier that takes nothing over."""
+    return f"{name}_" if name in RESERVED or name.startswith("mg_") or name.startswith("_") else name
+
+
+def number(value: float) -> str:
+    """A double as a C literal that reads back exactly."""
+    if value != value:
+        return "NAN"
+    if value in (float("inf"), float("-inf")):
+        return "INFINITY" if value > 0 else "(-INFINITY)"
+    text = repr(value)
+    text = text if any(ch in text for ch in ".en") else text + ".0"
+    return text if value >= 0 else f"({text})"
+
+
+@dataclass
+class Printer:
+    """Prints nodes of one graph. `names` holds what is defined already: node → C expression."""
+
+    graph: Graph
+    names: dict[int, str] = field(default_factory=dict)
+    taken: set[str] = field(default_factory=set)
+    comments: set[str] = field(default_factory=set)
+
+    def lines(self, ids: Iterable[int], roots: Iterable[int]) -> list[str]:
+        """Declarations of `ids` (in order) that `roots` or each other need; roots get a name or stay inline."""
+        ids = [at for at in sorted(set(ids)) if at not in self.names and self.graph.nodes[at].op != "const"]
+        uses = self._uses(ids, roots)
+        out = []
+        for at in ids:
+            node = self.graph.nodes[at]
+            text, _ = self._expression(at)
+            label = self.graph.labels.get(at)
+            is_pair = node.op == "call" and (at in self._pair_calls())
+            if not label and not is_pair and (node.op in ("re", "im") or uses.get(at, 0) <= 1 and len(text) <= LONGEST):
+                continue
+            name = self._fresh(c_name(label[0]) if label else f"t{at}")
+            comment = f"  /* {_ascii(label[1])} */" if label and label[1] and label[1] not in self.comments else ""
+            if label:
+                self.comments.add(label[1])
+            out.append(f"const {'mg_complex' if is_pair else 'double'} {name} = {text};{comment}")
+            self.names[at] = name
+        return out
+
+    def value(self, at: int) -> str:
+        """C expression of a node (an atom or in parentheses)."""
+        text, level = self._expression(at)
+        return text if level >= ATOM else f"({text})"
+
+    def _pair_calls(self) -> set[int]:
+        if not hasattr(self, "_pairs"):
+            self._pairs = {n.args[0] for n in self.graph.nodes if n.op in ("re", "im")}
+        return self._pairs
+
+    def _uses(self, ids: list[int], roots: Iterable[int]) -> dict[int, int]:
+        uses: dict[int, int] = {}
+        for at in ids:
+            for a in self.graph.nodes[at].args:
+                uses[a] = uses.get(a, 0) + 1
+        for r in roots:
+            uses[r] = uses.get(r, 0) + 1
+        return uses
+
+    def _fresh(self, name: str) -> str:
+        while name in self.taken:
+            name += "_"
+        self.taken.add(name)
+        return name
+
+    def _expression(self, at: int) -> tuple[str, int]:
+        """(C text, precedence) of a node."""
+        if at in self.names:
+            return self.names[at], ATOM
+        node = self.graph.nodes[at]
+        if node.op == "const":
+            return number(float(node.data)), ATOM
+        if node.op == "in":
+            raise KeyError(f"input '{node.data}' has no place")
+        if node.op in INFIX:
+            sign, level = INFIX[node.op]
+            a, la = self._expression(node.args[0])
+            b, lb = self._expression(node.args[1])
+            left = a if la >= level else f"({a})"
+            right = b if lb > level else f"({b})"
+            return f"{left} {sign} {right}", level
+        if node.op == "neg":
+            a, la = self._expression(node.args[0])
+            return f"-{a}" if la >= ATOM else f"-({a})", 8
+        if node.op == "ifz":
+            return f"{self._truth(node.args[0])} ? {self.value(node.args[1])} : 0.0", 2
+        if node.op in RELATION or node.op == "not":
+            return f"{self._truth(at)} ? 1.0 : 0.0", 2
+        if node.op in ("re", "im"):
+            return f"{self.value(node.args[0])}.{node.op}", ATOM
+        function = str(node.data) if node.op == "call" else FUNCTION.get(node.op, node.op)
+        return f"{function}({', '.join(self._expression(a)[0] for a in node.args)})", ATOM
+
+    def _truth(self, at: int) -> str:
+        """C condition of a node, in parentheses."""
+        node = self.graph.nodes[at]
+        if at not in self.names:
+            if node.op == "not":
+                return f"(!{self._truth(node.args[0])})"
+            if node.op in ("and", "or"):
+                return f"({self._truth(node.args[0])} {RELATION[node.op]} {self._truth(node.args[1])})"
+            if node.op in RELATION:
+                return f"({self.value(node.args[0])} {RELATION[node.op]} {self.value(node.args[1])})"
+        return f"({self.value(at)} != 0.0)"
+
+
+def _ascii(text: str) -> str:
+    """Comment text in C's basic characters, so that any compiler reads the file."""
+    table = {"−": "-", "·": "*", "²": "^2", "³": "^3", "–": "-", "ω": "omega", "√": "sqrt", "π": "pi", "′": "'"}
+    text = "".join(table.get(ch, ch) for ch in text).replace("*/", "* /").replace("/*", "/ *").replace("\\", "/").replace("\n", " ")
+    return text.encode("ascii", "replace").decode()

@@ -1,0 +1,200 @@
+"""A compiled model: callable from Python, with exact derivatives. Addresses are taken once, at loading."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from modelgen.codegen.emit import LANES, Source
+from modelgen.codegen.program import Program
+from modelgen.errors import InputError, did_you_mean
+
+Array = np.ndarray[Any, np.dtype[Any]]
+_SIZE, _POINTER = ctypes.c_size_t, ctypes.c_void_p
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A recording made ready: what depends on the samples and on fixed parameters is computed.
+
+    Evaluate it for any values `theta` of the parameters that the function was built `wrt`.
+    """
+
+    function: Function
+    n: int
+    stride: int
+    work: Array
+    p: Array
+    inputs: tuple[Array, ...]
+
+    def _with(self, theta: Sequence[float] | Array) -> Array:
+        p = self.p.copy()
+        p[self.function.free] = theta
+        return p
+
+    def values(self, theta: Sequence[float] | Array, measure: str) -> Array:
+        """Channels of `measure`, shape (channels, n)."""
+        p, out = self._with(theta), np.empty((self.function.channels(measure), self.stride))
+        self.function.call(f"values_{measure}", self.n, self.stride, self.work, p, out)
+        return out[:, : self.n]
+
+    def jacobian(self, theta: Sequence[float] | Array, measure: str) -> tuple[Array, Array]:
+        """Channels (channels, n) and their derivatives (channels, columns, n)."""
+        channels, columns = self.function.channels(measure), len(self.function.wrt)
+        p, out, jac = self._with(theta), np.empty((channels, self.stride)), np.empty((channels, columns, self.stride))
+        self.function.call(f"jacobian_{measure}", self.n, self.stride, self.work, p, out, jac)
+        return out[:, : self.n], jac[:, :, : self.n]
+
+    def pad(self, rows: Array) -> Array:
+        """Data or weights (channels, n) laid out for `sumsq` and `normal`; padding is zero."""
+        full = np.zeros((rows.shape[0], self.stride))
+        full[:, : self.n] = rows
+        return full
+
+    def sumsq(self, thetas: Array, measure: str, data: Array, weight: Array) -> Array:
+        """Σ (weight (model − data))² for each row of `thetas` (sets, columns). `data`, `weight` come from `pad`."""
+        thetas = np.ascontiguousarray(thetas, dtype=float)
+        ssq = np.empty(len(thetas))
+        self.function.call(f"sumsq_{measure}", len(thetas), self.n, self.stride, self.work, self.p, thetas, data, weight, ssq)
+        return ssq
+
+    def normal(self, theta: Sequence[float] | Array, measure: str, data: Array, weight: Array) -> tuple[float, Array, Array]:
+        """e·e, Jᵀe and JᵀJ of the weighted residual e = weight (model − data)."""
+        columns = len(self.function.wrt)
+        flat = np.empty(columns * (columns + 1) // 2 + columns + 1)
+        self.function.call(f"normal_{measure}", self.n, self.stride, self.work, self._with(theta), data, weight, flat)
+        full = np.zeros((columns, columns))
+        upper = np.triu_indices(columns)
+        full[upper] = flat[: len(upper[0])]
+        full.T[upper] = full[upper]
+        return float(flat[-1]), flat[len(upper[0]) : -1], full
+
+
+@dataclass(frozen=True, eq=False)
+class Function:
+    """A compiled model.
+
+    Call it with inputs and parameters by name (parameters left out take their defaults) for the first output, or
+    the tuple of outputs when there are several real ones.
+    """
+
+    program: Program
+    source: Source
+    library: Path
+    addresses: Mapping[str, Any]
+    free: Array
+
+    @property
+    def wrt(self) -> tuple[str, ...]:
+        """Parameters by which `jacobian` has columns, in order."""
+        return self.program.wrt
+
+    def channels(self, measure: str) -> int:
+        return len(self.program.outputs) * (2 if measure == "complex" else 1)
+
+    def call(self, kernel: str, *args: Any) -> None:
+        """Call a C kernel; arrays go by address."""
+        self.addresses[kernel](*(a.ctypes.data if isinstance(a, np.ndarray) else a for a in args))
+
+    def _arguments(self, given: Mapping[str, Any]) -> tuple[dict[str, Array], Array, tuple[int, ...]]:
+        model = self.program.model
+        inputs = [i.name for i in model.inputs]
+        names = {p.name: k for k, p in enumerate(model.scalar_parameters)}
+        for name in given:
+            if name not in names and name not in inputs:
+                raise InputError(f"model '{model.id}' has no parameter or input '{name}'{did_you_mean(name, [*names, *inputs])}")
+        values: dict[str, Any] = {}
+        for p in model.scalar_parameters:
+            value = given.get(p.name, p.default)
+            if value is None:
+                raise InputError(f"model '{model.id}': parameter '{p.name}' [{p.unit}] has no default and was not given")
+            values[p.name] = value
+        if not model.inputs:
+            arrays = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in values.values()))
+            shape = arrays[0].shape
+            return {n: np.ascontiguousarray(a).ravel() for n, a in zip(values, arrays, strict=True)}, np.zeros(0), shape
+        for name, value in values.items():
+            if np.ndim(value):
+                raise InputError(f"parameter '{name}' of model '{model.id}' must be one number, found shape {np.shape(value)}")
+        from modelgen.codegen.inputs import complete_inputs
+
+        sampled, shape = complete_inputs(model, {n: given[n] for n in inputs if n in given})
+        return sampled, np.array([float(v) for v in values.values()]), shape
+
+    def prepare(self, **given: Any) -> Prepared:
+        """Make a recording (inputs, values of parameters by name) ready for many evaluations."""
+        inputs, p, _ = self._arguments(given)
+        arrays = tuple(inputs.values())
+        n = len(arrays[0])
+        stride = -(-n // LANES) * LANES
+        work = np.empty((max(1, self.source.staged), stride))
+        if self.program.model.inputs:
+            self.call("prepare", n, stride, _pointers(arrays), p, work)
+        return Prepared(self, n, stride, work, p, arrays)
+
+    def _evaluate(self, given: Mapping[str, Any], jacobian: bool) -> tuple[list[Array], list[Array], tuple[int, ...]]:
+        inputs, p, shape = self._arguments(given)
+        measure = "complex" if any(self.program.complex_outputs) else "real"
+        if self.program.model.inputs:
+            prepared = self.prepare(**given)
+            theta = p[self.free]
+            out, jac = prepared.jacobian(theta, measure) if jacobian else (prepared.values(theta, measure), None)
+        else:
+            arrays, n = tuple(inputs.values()), len(next(iter(inputs.values())))
+            out = np.empty((self.channels(measure), n))
+            jac = np.empty((len(out), len(self.wrt), n)) if jacobian else None
+            self.call(f"{'jacobian' if jacobian else 'values'}_{measure}", n, n, _pointers(arrays), out, *([jac] if jacobian else []))
+        values = [out[2 * k] + 1j * out[2 * k + 1] for k in range(len(out) // 2)] if measure == "complex" else list(out)
+        slopes: list[Array] = []
+        if jac is not None:
+            slopes = [jac[2 * k] + 1j * jac[2 * k + 1] for k in range(len(jac) // 2)] if measure == "complex" else list(jac)
+        return values, slopes, shape
+
+    def __call__(self, **given: Any) -> Any:
+        """Outputs at the inputs' shape: one array, or a tuple when several real outputs are declared."""
+        values, _, shape = self._evaluate(given, jacobian=False)
+        shaped = [v.reshape(shape) for v in values]
+        return shaped[0] if len(shaped) == 1 else tuple(shaped)
+
+    def jacobian(self, **given: Any) -> Any:
+        """d(output)/d(parameter) with one column, last, for each of `wrt`: shape (..., len(wrt))."""
+        _, slopes, shape = self._evaluate(given, jacobian=True)
+        shaped = [s.T.reshape(*shape, len(self.wrt)) for s in slopes]
+        return shaped[0] if len(shaped) == 1 else tuple(shaped)
+
+    def all(self, **given: Any) -> dict[str, Array]:
+        """Every equation of the model by name."""
+        inputs, p, shape = self._arguments(given)
+        arrays = tuple(inputs.values())
+        n = len(arrays[0])
+        rows = sum(2 if c else 1 for _, c in self.source.equations)
+        out = np.empty((rows, n))
+        self.call("all", n, n, _pointers(arrays), *([p] if self.program.model.inputs else []), out)
+        result: dict[str, Array] = {}
+        at = 0
+        for name, is_complex in self.source.equations:
+            result[name] = (out[at] + 1j * out[at + 1] if is_complex else out[at]).reshape(shape)
+            at += 2 if is_complex else 1
+        return result
+
+
+def _pointers(arrays: Sequence[Array]) -> Any:
+    return (ctypes.c_void_p * max(1, len(arrays)))(*(a.ctypes.data for a in arrays))
+
+
+def load(program: Program, source: Source, library: Path) -> Function:
+    """Load a library and take the addresses of a model's kernels."""
+    handle = ctypes.CDLL(str(library))
+    addresses = {}
+    for k in source.kernels:
+        f = getattr(handle, f"{source.prefix}_{k.name}")
+        f.restype = None
+        f.argtypes = [_SIZE if "size_t" in a else _POINTER for a in k.signature[k.signature.index("(") :].split(",")]
+        addresses[k.name] = f
+    names = [p.name for p in program.model.scalar_parameters]
+    return Function(program, source, library, addresses, np.array([names.index(w) for w in program.wrt], dtype=int))

@@ -1,0 +1,56 @@
+"""Completes a model's inputs: what is derived from a recorded input (rate, previous value, …) is computed here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from modelgen.errors import InputError
+from modelgen.language import Model
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+def complete_inputs(model: Model, given: Mapping[str, Any], sigma: Mapping[str, float] | None = None) -> tuple[dict[str, Array], tuple[int, ...]]:
+    """All inputs of `model` as contiguous float arrays, in order, and their common shape.
+
+    `given` holds at least the recorded inputs; derived ones that are missing follow from them
+    (`recordings.kinematics`; `sigma` is the noise of recorded inputs, estimated when None).
+    Raises InputError when an input is missing, not numeric, empty, or of another shape.
+    """
+    arrays: dict[str, Array] = {}
+    for i in model.inputs:
+        if i.name in given:
+            try:
+                arrays[i.name] = np.asarray(given[i.name], dtype=float)
+            except (TypeError, ValueError):
+                raise InputError(f"input '{i.name}' of model '{model.id}' is not numeric") from None
+        elif i.derived is None:
+            raise InputError(f"model '{model.id}' needs input '{i.name}' [{i.unit}]")
+    try:
+        broadcast = np.broadcast_arrays(*arrays.values())
+    except ValueError:
+        shapes = ", ".join(f"{n} {a.shape}" for n, a in arrays.items())
+        raise InputError(f"inputs of model '{model.id}' have different lengths: {shapes}") from None
+    shape = broadcast[0].shape
+    if broadcast[0].size == 0:
+        raise InputError(f"inputs of model '{model.id}' are empty")
+    arrays = {n: np.ascontiguousarray(a).ravel() for n, a in zip(arrays, broadcast, strict=True)}
+    for i in model.inputs:
+        if i.name not in arrays:
+            arrays[i.name] = _derive(model, i.derived or ("", ""), arrays, dict(sigma or {}))
+    return {i.name: arrays[i.name] for i in model.inputs}, shape
+
+
+def _derive(model: Model, how: tuple[str, str], arrays: dict[str, Array], sigma: dict[str, float]) -> Array:
+    kind, of = how
+    x = arrays[of]
+    if kind == "previous":
+        return np.concatenate([x[:1], x[:-1]])
+    from modelgen.recordings.kinematics import kinematics
+
+    k = kinematics(arrays[model.axis], x, sigma.get(of, 0.0))
+    arrays[of] = np.ascontiguousarray(k.z)
+    return np.ascontiguousarray({"rate": k.v, "acceleration": k.a, "turning": k.z_turn}[kind])

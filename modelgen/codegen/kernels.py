@@ -1,0 +1,248 @@
+"""From a real program to the pieces of its C kernels: what is staged per recording, per parameter set, per sample."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+from modelgen.codegen.ctext import Printer, c_name
+from modelgen.codegen.program import Program, Root, Sample
+from modelgen.codegen.real import operations
+from modelgen.codegen.split import Complex, Pair
+
+SAMPLE, FREE, STATE = 1, 2, 4
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A real measured quantity: its node, and its derivative by each column (None where it is zero)."""
+
+    name: str
+    value: int
+    jacobian: tuple[int | None, ...]
+
+
+def channels(program: Program, sample: Sample, measure: str) -> tuple[Channel, ...]:
+    """What is compared with data: "complex" (Re and Im), "modulus", "phase" [deg], or "real" (all real outputs)."""
+    c = Complex(sample.graph)
+    found: list[Channel] = []
+    for o in program.outputs:
+        z, dz = sample.equations[o], sample.jacobian[o]
+        if measure == "real":
+            found.append(Channel(o, c.re(z), tuple(d[0] for d in dz)))
+        elif measure == "complex":
+            found.append(Channel(f"{o}_re", c.re(z), tuple(d[0] for d in dz)))
+            found.append(Channel(f"{o}_im", c.im(z), tuple(d[1] for d in dz)))
+        else:
+            found.append(_polar(c, o, z, dz, measure))
+    return tuple(found)
+
+
+def _polar(c: Complex, name: str, z: Pair, dz: tuple[Pair, ...], measure: str) -> Channel:
+    """|Z| with Re(Z̄ dZ)/|Z|, or arg Z in degrees with Im(Z̄ dZ)/|Z|²."""
+    degrees = c.const(57.29577951308232)
+    conjugate = (z[0], c.neg((None, z[1]))[1])
+    if measure == "modulus":
+        size = c.modulus(z)
+        parts = [c.div((c.mul(conjugate, d)[0], None), size)[0] for d in dz]
+        return Channel(f"abs_{name}", c.re(size), tuple(parts))
+    angle = c.mul(c.argument(z), degrees)
+    scale = c.div(degrees, (c.norm(z), None))
+    parts = [c.mul((c.mul(conjugate, d)[1], None), scale)[0] for d in dz]
+    return Channel(f"phase_{name}", c.re(angle), tuple(parts))
+
+
+@dataclass(frozen=True)
+class Region:
+    """Lines of C for one loop body, and where its results are."""
+
+    setup: tuple[str, ...]
+    body: tuple[str, ...]
+    values: tuple[str, ...]
+    jacobian: tuple[tuple[str, ...], ...]
+    state_names: tuple[str, ...]
+    state_values: tuple[str, ...]
+    operations: int
+
+
+class Stages:
+    """Which nodes are computed when, for one program; makes the regions that templates print."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.batch = not program.model.inputs
+        parts = {p for n in program.wrt for p in [n]}
+        self.free = parts
+        self.inputs = [i.name for i in program.model.inputs]
+        self.parameters = [p.name for p in program.model.scalar_parameters]
+        self.state_names = [s.name for s in program.model.states]
+        self.sensitivity_names = [f"d_{n}_{d}" for n, d in program.step.sensitivities]
+        self.measures = ("complex", "modulus", "phase") if any(program.complex_outputs) else ("real",)
+        self.channels = {m: channels(program, program.step, m) for m in self.measures}
+        self.first_channels = (
+            {m: channels(program, program.first, m) for m in self.measures} if program.first else {}
+        )
+
+    @cached_property
+    def masks(self) -> list[int]:
+        return self._masks(self.program.step)
+
+    def _masks(self, sample: Sample) -> list[int]:
+        """What each node depends on."""
+        bits: list[int] = []
+        states = {*self.state_names, *self.sensitivity_names}
+        for node in sample.graph.nodes:
+            if node.op == "in":
+                name = str(node.data)
+                sampled = name in self.inputs or self.batch
+                bits.append(SAMPLE if sampled else STATE | FREE if name in states else FREE if name in self.free else 0)
+            else:
+                bit = 0
+                for a in node.args:
+                    bit |= bits[a]
+                bits.append(bit)
+        return bits
+
+    def _roots(self, chans: Iterable[Channel], jacobian: bool, sample: Sample) -> list[int]:
+        roots = [c.value for c in chans]
+        if jacobian:
+            roots += [d for c in chans for d in c.jacobian if d is not None]
+        roots += list(sample.states.values())
+        if jacobian:
+            roots += list(sample.sensitivities.values())
+        return roots
+
+    @cached_property
+    def staged(self) -> tuple[int, ...]:
+        """Nodes of the sample alone (and of fixed parameters) that a loop needs: computed once per recording."""
+        if self.batch:
+            return ()
+        sample, graph = self.program.step, self.program.step.graph
+        found: set[int] = set()
+        for m in self.measures:
+            roots = self._roots(self.channels[m], True, sample)
+            for at in graph.needed(roots):
+                if self.masks[at] & (FREE | STATE):
+                    found |= {a for a in graph.nodes[at].args if self.masks[a] == SAMPLE}
+            found |= {r for r in roots if self.masks[r] == SAMPLE}
+        if self.program.first is not None:
+            raw = {str(n.data) for n in self.program.first.graph.nodes if n.op == "in"} & set(self.inputs)
+            found |= {graph.input(n) for n in raw}
+        return tuple(sorted(found))
+
+    def prepare(self) -> Region:
+        """Loop that fills the staged arrays: body lines, and values = the staged quantities."""
+        graph = self.program.step.graph
+        masks = self._masks(self.program.step)
+        need = graph.needed(self.staged)
+        printer = self._printer(self.program.step, {})
+        setup = printer.lines([a for a in need if masks[a] == 0], self.staged)
+        setup_lines = self._parameters(printer, need, masks, free=False) + setup
+        body = self._inputs(printer, need) + printer.lines([a for a in need if masks[a] == SAMPLE], self.staged)
+        return Region(tuple(setup_lines), tuple(body), tuple(printer.value(a) for a in self.staged), (), (), (), operations(graph, need))
+
+    def kernel(self, measure: str, jacobian: bool) -> Region:
+        """Loop body of the values (and Jacobian) of one measure, from staged arrays."""
+        sample = self.program.step
+        roots = self._roots(self.channels[measure], jacobian, sample)
+        place = {at: f"work[{k} * stride + i]" for k, at in enumerate(self.staged)}
+        return self._region(sample, self.channels[measure], roots, jacobian, place)
+
+    def initial(self, measure: str, jacobian: bool) -> Region:
+        """The first sample of a time model, from the staged raw inputs at index 0."""
+        sample = self.program.first
+        assert sample is not None
+        graph = sample.graph
+        raw = {str(self.program.step.graph.nodes[a].data): k for k, a in enumerate(self.staged) if self.program.step.graph.nodes[a].op == "in"}
+        place = {graph.input(n): f"work[{raw[n]} * stride]" for n in self.inputs if n in raw}
+        roots = self._roots(self.first_channels[measure], jacobian, sample)
+        return self._region(sample, self.first_channels[measure], roots, jacobian, place)
+
+    def _region(self, sample: Sample, chans: tuple[Channel, ...], roots: list[int], jacobian: bool, place: dict[int, str]) -> Region:
+        graph, masks = sample.graph, self._masks(sample)
+        need = [a for a in graph.needed_until(roots, set(place))]
+        printer = self._printer(sample, {})
+        setup = self._parameters(printer, need, masks, free=True)
+        setup += printer.lines([a for a in need if not masks[a] & (SAMPLE | STATE) and a not in place], roots)
+        loads = []
+        for at, text in place.items():
+            if at in need:
+                name = self._place_name(printer, graph, at)
+                loads.append(f"const double {name} = {text};")
+        if self.batch:
+            loads = self._inputs(printer, need)
+        for n in (*self.state_names, *self.sensitivity_names):
+            printer.names[graph.input(n)] = printer._fresh(c_name(n)) if c_name(n) not in printer.taken else c_name(n)
+        body = loads + printer.lines([a for a in need if masks[a] & (SAMPLE | STATE) and a not in place], roots)
+        used = [printer.names[graph.input(n)] for n in (*self.state_names, *(self.sensitivity_names if jacobian else ()))]
+        state_values = [printer.value(a) for a in sample.states.values()]
+        if jacobian:
+            state_values += [printer.value(a) for a in sample.sensitivities.values()]
+        return Region(
+            tuple(setup), tuple(body),
+            tuple(printer.value(c.value) for c in chans),
+            tuple(tuple("0.0" if d is None else printer.value(d) for d in c.jacobian) for c in chans) if jacobian else (),
+            tuple(used), tuple(state_values),
+            operations(graph, [a for a in need if a not in place and masks[a] & (SAMPLE | STATE)]),
+        )  # fmt: skip
+
+    def everything(self, first: bool = False) -> Region:
+        """Every equation, straight from inputs and parameters (nothing staged): what a reader of the paper wants."""
+        sample = self.program.first if first and self.program.first else self.program.step
+        graph, masks = sample.graph, self._masks(sample)
+        c = Complex(graph)
+        roots = [n for s in self.program.model.statements for n in _both(c, sample.equations[s.name])]
+        need = graph.needed([*roots, *sample.states.values()])
+        printer = self._printer(sample, {})
+        setup = self._parameters(printer, need, masks, free=True)
+        setup += printer.lines([a for a in need if not masks[a] & (SAMPLE | STATE)], roots)
+        for n in self.state_names:
+            printer.names[graph.input(n)] = printer._fresh(c_name(n))
+        body = self._inputs(printer, need) + printer.lines([a for a in need if masks[a] & (SAMPLE | STATE)], roots)
+        used = [printer.names[graph.input(n)] for n in self.state_names]
+        return Region(tuple(setup), tuple(body), tuple(printer.value(r) for r in roots), (), tuple(used),
+                      tuple(printer.value(a) for a in sample.states.values()), operations(graph, need))  # fmt: skip
+
+    def root(self, r: Root) -> Region:
+        """Residual and slope of an implicit equation, as a function of its arguments and the unknown."""
+        printer = Printer(r.graph)
+        for n in (*r.arguments, r.unknown):
+            printer.names[r.graph.input(n)] = printer._fresh(c_name(n))
+        need = r.graph.needed([r.residual, r.slope])
+        body = printer.lines(need, [r.residual, r.slope])
+        return Region((), tuple(body), (printer.value(r.residual), printer.value(r.slope)), (), (), (), operations(r.graph, need))
+
+    def _printer(self, sample: Sample, names: dict[int, str]) -> Printer:
+        return Printer(sample.graph, dict(names))
+
+    def _place_name(self, printer: Printer, graph: object, at: int) -> str:
+        label = printer.graph.labels.get(at)
+        node = printer.graph.nodes[at]
+        name = printer._fresh(c_name(str(node.data) if node.op == "in" else label[0] if label else f"s{at}"))
+        printer.names[at] = name
+        return name
+
+    def _parameters(self, printer: Printer, need: list[int], masks: list[int], free: bool) -> list[str]:
+        if self.batch:
+            return []
+        lines = []
+        for k, name in enumerate(self.parameters):
+            at = printer.graph.input(name)
+            if at in need and at not in printer.names and (free or name not in self.free):
+                printer.names[at] = printer._fresh(c_name(name))
+                lines.append(f"const double {printer.names[at]} = p[{k}];")
+        return lines
+
+    def _inputs(self, printer: Printer, need: list[int]) -> list[str]:
+        lines = []
+        for k, name in enumerate(self.parameters if self.batch else self.inputs):
+            at = printer.graph.input(name)
+            if at in need and at not in printer.names:
+                printer.names[at] = printer._fresh(c_name(name))
+                lines.append(f"const double {printer.names[at]} = in[{k}][i];")
+        return lines
+
+
+def _both(c: Complex, pair: Pair) -> list[int]:
+    return [c.re(pair)] if pair[1] is None else [c.re(pair), c.im(pair)]

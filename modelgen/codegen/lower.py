@@ -1,0 +1,248 @@
+"""A model's statements as one SX program with exact derivatives (by CasADi), opaque calls and states chained by hand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import sympy as sp
+
+from modelgen.codegen.tosx import NONHOLOMORPHIC, Translator
+from modelgen.errors import InputError
+from modelgen.language import Equation, Implicit, Model, State
+from modelgen.language.quantities import ComplexParameter
+
+
+@dataclass(frozen=True)
+class Column:
+    """One derivative: by direction `at`, times j where it is an imaginary part's."""
+
+    parameter: str
+    terms: tuple[tuple[int, bool], ...]
+
+
+class Lowering:
+    """One pass through the statements: of the first sample (`first`), or of any later one.
+
+    `values` maps every name to its SX; `tangent` gives derivatives by the directions of `columns`.
+    """
+
+    def __init__(self, model: Model, wrt: tuple[str, ...], first: bool, pattern: dict[str, set[int]] | None = None):
+        self.model, self.wrt, self.first = model, wrt, first
+        self.split_complex = _has_nonholomorphic(model)
+        self.translator = Translator({}, set())
+        self.inputs = {i.name: ca.SX.sym(i.name) for i in model.inputs}
+        self._declare_parameters()
+        self.old = {s.name: ca.SX.sym(s.name) for s in model.states}
+        self.translator.env |= {**self.inputs, **({} if first else self.old)}
+        self.implicits: dict[str, Implicit] = {}
+        self._tangents: list[Any] = []
+        self.sensitivities: dict[tuple[str, int], Any] = {}
+        self._old_tangent = ca.SX(len(self.old), len(self.directions))
+        for row, name in enumerate(self.old):
+            for at in sorted((pattern or {}).get(name, ())):
+                symbol = ca.SX.sym(f"d_{name}_{at}")
+                self.sensitivities[name, at] = self._old_tangent[row, at] = symbol
+        self._run()
+
+    def _declare_parameters(self) -> None:
+        env = self.translator.env
+        self.parameters = {p.name: ca.SX.sym(p.name) for p in self.model.scalar_parameters}
+        env |= self.parameters
+        self.plain: dict[str, Any] = {}
+        for p in self.model.parameters:
+            if isinstance(p, ComplexParameter):
+                self.translator.complex_names.add(p.name)
+                if self.split_complex:
+                    env[p.name] = env[p.re.name] + self.translator.j * env[p.im.name]
+                else:
+                    self.plain[p.name] = env[p.name] = ca.SX.sym(p.name)
+        scalars = {p.name: p for p in self.model.scalar_parameters}
+        names = list(dict.fromkeys([*self.wrt, *(scalars[n].part[1] for n in self.wrt if scalars[n].part)]))
+        self.directions = [n for n in names if n in self.wrt or n in self.plain]
+        self.columns = []
+        for n in self.wrt:
+            terms = [(self.directions.index(n), False)]
+            part = scalars[n].part
+            if part and part[1] in self.plain:
+                terms.append((self.directions.index(part[1]), part[0] == "im"))
+            self.columns.append(Column(n, tuple(terms)))
+
+    def _symbol(self, direction: str) -> Any:
+        return self.plain[direction] if direction in self.plain else self.parameters[direction]
+
+    def _run(self) -> None:
+        t = self.translator
+        self.values: dict[str, Any] = {}
+        rated = [s for s in self.model.states if s.rate is not None]
+        if self.first:
+            for s in self.model.states:
+                t.env[s.name] = t.sx(s.initial)
+        elif rated:
+            t.env |= self._runge_kutta(rated)
+        for s in self.model.statements:
+            if isinstance(s, Equation):
+                t.env[s.name] = t.sx(s.expr)
+                if t.is_complex(s.expr):
+                    t.complex_names.add(s.name)
+            elif isinstance(s, Implicit):
+                t.env[s.name] = self._implicit(s)
+            elif not self.first and s.update is not None:
+                t.env[s.name] = t.sx(s.update)
+            self.values[s.name] = t.env[s.name]
+
+    def _implicit(self, s: Implicit) -> Any:
+        t = self.translator
+        if s.name in t.complex_names or t.is_complex(s.residual):
+            raise InputError(f"model '{self.model.id}': implicit equation '{s.name}' must be real")
+        free = sorted({x.name for x in s.residual.free_symbols} - {s.name})
+        args = tuple(t.env[n] for n in free) + tuple(t.sx(b) for b in s.bracket)
+        inner = Translator({n: ca.SX.sym(n) for n in (*free, s.name)}, set(), t.j, [], {})
+        from modelgen.codegen.tosx import Call
+
+        call = Call(f"solve_{s.name}", ca.SX.sym(s.name), args, False, ("real",) * len(args), None, s, inner.env)
+        t.calls.append(call)
+        self.implicits[s.name] = s
+        return call.symbol
+
+    # -- integration of dx/dt ------------------------------------------------------------------------------------
+
+    def _runge_kutta(self, rated: list[State]) -> dict[str, Any]:
+        """Classical Runge–Kutta over one step; inputs run linearly from their previous values to the present ones."""
+        time = self.model.inputs[0].name
+        before = {i.derived[1]: i.name for i in self.model.inputs if i.derived and i.derived[0] == "previous"}
+        if time not in before:
+            raise InputError(f"model '{self.model.id}': a state with a rate needs the input previous({time})")
+        base = self.translator.env
+        steps = max(s.substeps for s in rated)
+        h = (base[time] - base[before[time]]) / steps
+        x = {s.name: base[s.name] for s in rated}
+        for k in range(steps):
+            slopes: list[dict[str, Any]] = []
+            for c, weight in ((0.0, 0.0), (0.5, 0.5), (0.5, 0.5), (1.0, 1.0)):
+                here = {n: v + weight * h * slopes[-1][n] if slopes else v for n, v in x.items()}
+                s = (k + c) / steps
+                inputs = {n: base[p] + s * (base[n] - base[p]) for n, p in before.items()}
+                slopes.append(self._rates(rated, {**base, **inputs, **here}))
+            x = {n: v + h / 6 * (slopes[0][n] + 2 * slopes[1][n] + 2 * slopes[2][n] + slopes[3][n]) for n, v in x.items()}
+        return x
+
+    def _rates(self, rated: list[State], env: dict[str, Any]) -> dict[str, Any]:
+        t = self.translator
+        inner = Translator(dict(env), t.complex_names, t.j, t.calls, t._known)
+        wanted = {s.name for s in rated}
+        for s in self.model.statements:
+            if isinstance(s, Equation) and not s.expr.free_symbols <= set():
+                if all(x.name in inner.env for x in s.expr.free_symbols):
+                    inner.env[s.name] = inner.sx(s.expr)
+            if s.name in wanted:
+                wanted.discard(s.name)
+            if not wanted:
+                break
+        return {s.name: inner.sx(s.rate) for s in rated}
+
+    # -- derivatives ---------------------------------------------------------------------------------------------
+
+    def tangent(self, exprs: list[Any], upto: int | None = None) -> Any:
+        """d(exprs)/d(directions), SX of shape (len(exprs), directions), with calls and old states chained in."""
+        if upto is None:
+            self._chain()
+            upto = len(self._tangents)
+        e = ca.vertcat(*exprs)
+        total = ca.jacobian(e, ca.vertcat(*(self._symbol(d) for d in self.directions))) if self.directions else ca.SX(len(exprs), 0)
+        if upto:
+            symbols = ca.vertcat(*(c.symbol for c in self.translator.calls[:upto]))
+            total += ca.mtimes(ca.jacobian(e, symbols), ca.vertcat(*self._tangents[:upto]))
+        if self.old and not self.first:
+            total += ca.mtimes(ca.jacobian(e, ca.vertcat(*self.old.values())), self._old_tangent)
+        return ca.sparsify(total)
+
+    def _chain(self) -> None:
+        """Tangents of all opaque calls, in order (a derivative may bring further calls; those need none)."""
+        for k in range(len(self._tangents), len(self.translator.calls)):
+            call = self.translator.calls[k]
+            da = self.tangent(list(call.args), k)
+            if call.implicit is not None:
+                row = self._implicit_tangent(call, da)
+            elif da.nnz() == 0:
+                row = ca.SX(1, len(self.directions))
+            elif call.sympy in NONHOLOMORPHIC:
+                row = self._nonholomorphic_tangent(call, da)
+            else:
+                row = ca.SX(1, len(self.directions))
+                for i in range(len(call.args)):
+                    if da[i, :].nnz():
+                        row += self.translator.derivative(call, i) * da[i, :]
+            self._tangents.append(row)
+
+    def _implicit_tangent(self, call: Any, da: Any) -> Any:
+        """Implicit function theorem: ds = −(Σ ∂g/∂a da)/(∂g/∂s)."""
+        s = call.implicit
+        names = [n for n in call.env if n != s.name]
+        g = Translator(dict(call.env), set(), self.translator.j, [], {}).sx(s.residual)
+        inner = ca.vertcat(*(call.env[n] for n in (*names, s.name)))
+        gradient = ca.substitute(ca.jacobian(g, inner), inner, ca.vertcat(*call.args[: len(names)], call.symbol))
+        return -ca.mtimes(gradient[:, : len(names)], da[: len(names), :]) / gradient[0, len(names)]
+
+    def _nonholomorphic_tangent(self, call: Any, da: Any) -> Any:
+        """d|a| = Re(ā da)/|a|, d arg a = Im(ā da)/|a|², d Re a = Re da: by real directions only."""
+        t = self.translator
+        re, im = (lambda x: t.call(sp.re, (ca.SX(x),), ("complex",)).symbol), (
+            lambda x: t.call(sp.im, (ca.SX(x),), ("complex",)).symbol
+        )
+        a, row = call.args[0], ca.SX(1, len(self.directions))
+        for d in range(len(self.directions)):
+            if not da[0, d].nnz():
+                continue
+            x = da[0, d]
+            if call.sympy is sp.re:
+                row[0, d] = re(x)
+            elif call.sympy is sp.im:
+                row[0, d] = im(x)
+            elif call.sympy is sp.Abs:
+                row[0, d] = (re(a) * re(x) + im(a) * im(x)) / call.symbol
+            else:
+                row[0, d] = (re(a) * im(x) - im(a) * re(x)) / (re(a) * re(a) + im(a) * im(a))
+        return row
+
+
+def _has_nonholomorphic(model: Model) -> bool:
+    """Whether a value that Jacobians need passes through |·|, arg, re or im on its way."""
+    wanted = set(primary_outputs(model))
+    for s in reversed(model.statements):
+        if s.name in wanted and isinstance(s, Equation):
+            wanted |= {x.name for x in s.expr.free_symbols}
+            if s.expr.has(*NONHOLOMORPHIC):
+                return True
+    return False
+
+
+def primary_outputs(model: Model) -> tuple[str, ...]:
+    """The outputs that are fitted: the first alone if it is complex, else all real ones."""
+    from modelgen.language.quantities import is_complex
+
+    first = model[model.outputs[0].name]
+    if isinstance(first, Equation) and is_complex(first.expr):
+        return (first.name,)
+    return tuple(o.name for o in model.outputs)
+
+
+def sensitivity_pattern(model: Model, wrt: tuple[str, ...]) -> dict[str, set[int]]:
+    """Which states depend on which directions, by iterating the structure to its fixed point."""
+    pattern: dict[str, set[int]] = {s.name: set() for s in model.states}
+    start = Lowering(model, wrt, first=True)
+    names = list(pattern)
+    _collect(pattern, names, start.tangent([start.values[n] for n in names]))
+    while True:
+        size = sum(map(len, pattern.values()))
+        step = Lowering(model, wrt, first=False, pattern=pattern)
+        _collect(pattern, names, step.tangent([step.values[n] for n in names]))
+        if sum(map(len, pattern.values())) == size:
+            return pattern
+
+
+def _collect(pattern: dict[str, set[int]], names: list[str], tangent: Any) -> None:
+    rows, columns = tangent.sparsity().get_triplet()
+    for r, c in zip(rows, columns, strict=True):
+        pattern[names[r]].add(c)

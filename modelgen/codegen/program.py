@@ -1,0 +1,249 @@
+"""A lowered model as a real program: CasADi's instruction list, typed real / imaginary / complex, split into pairs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import casadi as ca
+
+from modelgen.codegen.lower import Lowering, primary_outputs, sensitivity_pattern
+from modelgen.codegen.real import Graph
+from modelgen.codegen.split import Complex, Pair
+from modelgen.codegen.tosx import Call, Translator
+from modelgen.language import Equation, Model
+
+GIVES_COMPLEX = {"eddy_factor", "eddy_deficit"}
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What is computed at one sample: every equation, and d(primary outputs)/d(wrt), new states and sensitivities."""
+
+    graph: Graph
+    equations: dict[str, Pair]
+    jacobian: dict[str, tuple[Pair, ...]]
+    states: dict[str, int]
+    sensitivities: dict[tuple[str, int], int]
+
+
+@dataclass(frozen=True)
+class Root:
+    """The function that solves one implicit equation: residual and its derivative, of arguments and unknown."""
+
+    name: str
+    unknown: str
+    arguments: tuple[str, ...]
+    graph: Graph
+    residual: int
+    slope: int
+    comment: str = ""
+
+
+@dataclass(frozen=True)
+class Program:
+    """A model in real arithmetic. `first` differs from `step` in time models only (initial states)."""
+
+    model: Model
+    wrt: tuple[str, ...]
+    outputs: tuple[str, ...]
+    complex_outputs: tuple[bool, ...]
+    step: Sample
+    first: Sample | None
+    roots: tuple[Root, ...]
+
+
+def build_program(model: Model, wrt: Sequence[str]) -> Program:
+    """Lower `model` with derivatives by the scalar parameters `wrt`.
+
+    Raises InputError when `wrt` names no parameter or an equation is outside the language.
+    """
+    wrt = tuple(model.parameter(n).name for n in wrt)
+    pattern = sensitivity_pattern(model, wrt) if model.states else None
+    lowering = Lowering(model, wrt, first=False, pattern=pattern)
+    step = _sample(lowering, pattern)
+    first = _sample(Lowering(model, wrt, first=True), pattern) if model.states else None
+    outputs = primary_outputs(model)
+    is_complex = tuple(step.equations[o][1] is not None for o in outputs)
+    roots = tuple(_root(c, lowering.translator) for c in lowering.translator.calls if c.implicit is not None)
+    return Program(model, wrt, outputs, is_complex, step, first, roots)
+
+
+def _sample(low: Lowering, pattern: dict[str, set[int]] | None) -> Sample:
+    graph = Graph()
+    reader = _Reader(graph, low)
+    outputs = primary_outputs(low.model)
+    tangent = low.tangent([low.values[o] for o in outputs])
+    states = [s.name for s in low.model.states]
+    state_tangent = low.tangent([low.values[n] for n in states]) if states else None
+    names = list(low.values)
+    wanted = [low.values[n] for n in names]
+    entries = _entries(tangent)
+    wanted += list(entries.values())
+    state_entries = _entries(state_tangent) if states else {}
+    wanted += list(state_entries.values())
+    pairs = reader.read(wanted)
+    equations = dict(zip(names, pairs, strict=False))
+    _label(graph, low.model, equations)
+    n = len(names)
+    by_direction = dict(zip(entries, pairs[n:], strict=False))
+    jacobian = {
+        o: tuple(_column(reader.c, [(by_direction.get((i, d), (None, None)), j) for d, j in col.terms]) for col in low.columns)
+        for i, o in enumerate(outputs)
+    }
+    new = dict(zip(state_entries, pairs[n + len(entries) :], strict=True))
+    sensitivities = {
+        (name, d): reader.c.re(new.get((i, d), (None, None)))
+        for i, name in enumerate(states)
+        for d in sorted((pattern or {}).get(name, ()))
+    }
+    return Sample(graph, equations, jacobian, {n: reader.c.re(equations[n]) for n in states}, sensitivities)
+
+
+def _entries(m: Any) -> dict[tuple[int, int], Any]:
+    """Structural nonzeros of an SX matrix."""
+    rows, cols = m.sparsity().get_triplet()
+    return {(r, c): m[r, c] for r, c in zip(rows, cols, strict=True)}
+
+
+def _column(c: Complex, terms: list[tuple[Pair, bool]]) -> Pair:
+    total: Pair = (None, None)
+    for pair, times_j in terms:
+        total = c.add(total, c.times_j(pair) if times_j else pair)
+    return total
+
+
+def _label(graph: Graph, model: Model, equations: dict[str, Pair]) -> None:
+    for s in model.statements:
+        re, im = equations[s.name]
+        says = " ".join(x for x in (s.ref, s.text) if x)
+        if re is not None:
+            graph.label(re, f"{s.name}_re" if im is not None else s.name, says)
+        if im is not None:
+            graph.label(im, f"{s.name}_im", says if re is None else "")
+
+
+class _Reader:
+    """Reads SX into a graph. Calls are made first, in order, since later expressions stand on them."""
+
+    def __init__(self, graph: Graph, low: Lowering) -> None:
+        self.c = Complex(graph)
+        self.low = low
+        g = graph
+        self.symbols: list[Any] = [low.translator.j]
+        self.pairs: list[Pair] = [(None, g.const(1.0))]
+        named = {**low.inputs, **low.parameters, **low.old}
+        for name, symbol in named.items():
+            self._bind(symbol, (g.input(name), None))
+        for (name, d), symbol in low.sensitivities.items():
+            self._bind(symbol, (g.input(f"d_{name}_{d}"), None))
+        for name, symbol in low.plain.items():
+            self._bind(symbol, (g.input(f"{name}_re"), g.input(f"{name}_im")))
+
+    def _bind(self, symbol: Any, pair: Pair) -> None:
+        self.symbols.append(symbol)
+        self.pairs.append(pair)
+
+    def read(self, exprs: list[Any]) -> list[Pair]:
+        """Pairs of nodes for SX scalars; the calls that they need are made first."""
+        done = 0
+        while done < len(self.low.translator.calls):  # reading tangents may have added calls
+            call = self.low.translator.calls[done]
+            self._bind(call.symbol, self._call(call, _execute(self, list(call.args))))
+            done += 1
+        return _execute(self, exprs)
+
+    def _call(self, call: Call, args: list[Pair]) -> Pair:
+        c, g, name = self.c, self.c.g, call.function
+        if name in ("cpow", "powj"):
+            return (c.power if name == "cpow" else c.jpow)(*args)
+        simple = {"clog": c.log, "Abs": c.modulus, "arg": c.argument}
+        if name in simple:
+            return simple[name](*args)
+        if name == "re":
+            return (c.re(args[0]), None)
+        if name == "im":
+            return (c.im(args[0]), None)
+        flat: list[int] = []
+        for a, t in zip(args, call.takes, strict=True):
+            flat += [c.re(a), c.im(a)] if t == "complex" else [c.re(a)]
+        node = g.call(f"mg_{name}" if call.implicit is None else name, *flat)
+        return (g.unary("re", node), g.unary("im", node)) if call.complex else (node, None)
+
+
+def _execute(reader: _Reader, exprs: list[Any]) -> list[Pair]:
+    """Run CasADi's instruction list on pairs of graph nodes."""
+    if not exprs:
+        return []
+    f = ca.Function("f", reader.symbols, [ca.vertcat(*exprs)], {"live_variables": False, "allow_free": False})
+    c, table = reader.c, _operations()
+    work: dict[int, Pair] = {}
+    result: list[Pair] = [(None, None)] * len(exprs)
+    for k in range(f.n_instructions()):
+        op, o, i = f.instruction_id(k), f.instruction_output(k), f.instruction_input(k)
+        if op == ca.OP_CONST:
+            work[o[0]] = c.const(f.instruction_constant(k))
+        elif op == ca.OP_INPUT:
+            work[o[0]] = reader.pairs[i[0]]
+        elif op == ca.OP_OUTPUT:
+            result[o[1]] = work[i[0]]
+        else:
+            work[o[0]] = table[op](c, *(work[a] for a in i))
+    return result
+
+
+@cache
+def _operations() -> dict[int, Any]:
+    def real1(name: str) -> Any:
+        return lambda c, a: (c.g.unary(name, c.re(a)), None)
+
+    def real2(name: str) -> Any:
+        return lambda c, a, b: (c.g.binary(name, c.re(a), c.re(b)), None)
+
+    table: dict[int, Any] = {
+        ca.OP_ASSIGN: lambda c, a: a, ca.OP_ADD: Complex.add, ca.OP_SUB: Complex.sub, ca.OP_MUL: Complex.mul,
+        ca.OP_DIV: Complex.div, ca.OP_NEG: Complex.neg, ca.OP_EXP: Complex.exp, ca.OP_INV: Complex.inv,
+        ca.OP_SQ: lambda c, a: c.mul(a, a), ca.OP_TWICE: lambda c, a: c.mul(c.const(2.0), a),
+        ca.OP_SIN: lambda c, a: c.sin(a) if a[1] is not None else (c.g.unary("sin", c.re(a)), None),
+        ca.OP_COS: lambda c, a: c.cos(a) if a[1] is not None else (c.g.unary("cos", c.re(a)), None),
+        ca.OP_TAN: lambda c, a: c.tan(a) if a[1] is not None else (c.g.unary("tan", c.re(a)), None),
+        ca.OP_SINH: lambda c, a: c.sinh_cosh(a)[0], ca.OP_COSH: lambda c, a: c.sinh_cosh(a)[1],
+        ca.OP_TANH: Complex.tanh, ca.OP_IF_ELSE_ZERO: _if_else_zero,
+    }  # fmt: skip
+    for op, name in {
+        "SQRT": "sqrt", "LOG": "log", "FABS": "fabs", "SIGN": "sign", "NOT": "not", "ASIN": "asin", "ACOS": "acos",
+        "ATAN": "atan", "ASINH": "asinh", "ACOSH": "acosh", "ATANH": "atanh", "FLOOR": "floor", "CEIL": "ceil",
+        "ERF": "erf", "LOG1P": "log1p", "EXPM1": "expm1",
+    }.items():  # fmt: skip
+        table[getattr(ca, f"OP_{op}")] = real1(name)
+    for op, name in {
+        "POW": "pow", "CONSTPOW": "pow", "FMIN": "fmin", "FMAX": "fmax", "ATAN2": "atan2", "LT": "lt", "LE": "le",
+        "EQ": "eq", "NE": "ne", "AND": "and", "OR": "or", "FMOD": "fmod",
+    }.items():  # fmt: skip
+        table[getattr(ca, f"OP_{op}")] = real2(name)
+    return table
+
+
+def _if_else_zero(c: Complex, condition: Pair, a: Pair) -> Pair:
+    re, im = (None if x is None else c.g.binary("ifz", c.re(condition), x) for x in a)
+    return (re, im)
+
+
+def _root(call: Call, translator: Translator) -> Root:
+    s = call.implicit
+    assert s is not None
+    inner = Translator(dict(call.env), set(), translator.j, [], {})
+    g = inner.sx(s.residual)
+    slope = ca.jacobian(g, call.env[s.name])
+    graph = Graph()
+
+    class _Inner:
+        c = Complex(graph)
+        symbols = list(call.env.values())
+        pairs = [(graph.input(n), None) for n in call.env]
+
+    residual, derivative = _execute(_Inner, [g, slope])  # type: ignore[arg-type]
+    arguments = tuple(n for n in call.env if n != s.name)
+    return Root(f"solve_{s.name}", s.name, arguments, graph, _Inner.c.re(residual), _Inner.c.re(derivative), f"{s.ref} {s.text}".strip())

@@ -1,0 +1,192 @@
+"""sympy → CasADi SX. Complex quantities are plain symbols (`j` too); what SX does not know becomes an opaque symbol."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import casadi as ca
+import sympy as sp
+from sympy.core.relational import Relational
+
+from modelgen.errors import InputError
+from modelgen.language import functions as fn
+from modelgen.language.quantities import Implicit
+
+PLAIN = {
+    sp.exp: ca.exp, sp.sin: ca.sin, sp.cos: ca.cos, sp.tan: ca.tan, sp.sinh: ca.sinh, sp.cosh: ca.cosh,
+    sp.tanh: ca.tanh, sp.log: ca.log, sp.Abs: ca.fabs, sp.sign: ca.sign, sp.atan2: ca.atan2, sp.asin: ca.asin,
+    sp.acos: ca.acos, sp.atan: ca.atan, sp.asinh: ca.asinh, sp.acosh: ca.acosh, sp.atanh: ca.atanh,
+    sp.floor: ca.floor, sp.ceiling: ca.ceil, sp.erf: ca.erf,
+}  # fmt: skip
+NEEDS_REAL = (sp.Abs, sp.log, sp.sign, sp.atan2, sp.floor, sp.ceiling, sp.asin, sp.acos, sp.atan, sp.erf)
+NONHOLOMORPHIC = (sp.Abs, sp.arg, sp.re, sp.im)
+RELATION = {
+    sp.StrictLessThan: ca.lt, sp.LessThan: ca.le, sp.StrictGreaterThan: ca.gt, sp.GreaterThan: ca.ge,
+    sp.Equality: ca.eq, sp.Unequality: ca.ne,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Call:
+    """A function or root that SX does not see into: `symbol` stands for its value."""
+
+    function: str
+    symbol: Any
+    args: tuple[Any, ...]
+    complex: bool
+    takes: tuple[str, ...]
+    sympy: Any = None
+    implicit: Implicit | None = None
+    env: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass
+class Translator:
+    """Translates expressions under an environment: name → SX, and which names are complex."""
+
+    env: dict[str, Any]
+    complex_names: set[str]
+    j: Any = field(default_factory=lambda: ca.SX.sym("j"))
+    calls: list[Call] = field(default_factory=list)
+    _known: dict[tuple[Any, ...], Call] = field(default_factory=dict)
+
+    def is_complex(self, e: Any) -> bool:
+        if isinstance(e, (sp.Symbol, sp.Dummy)):
+            return _key(e) in self.complex_names
+        if isinstance(e, NONHOLOMORPHIC):
+            return False
+        if e is sp.I or isinstance(e, fn.COMPLEX_VALUED):
+            return True
+        return any(self.is_complex(a) for a in e.args)
+
+    def sx(self, e: Any, memo: dict[Any, Any] | None = None) -> Any:
+        """The SX of a sympy expression."""
+        memo = {} if memo is None else memo
+        if e not in memo:
+            memo[e] = ca.SX(self._sx(e, memo))
+        return memo[e]
+
+    def _sx(self, e: Any, memo: dict[Any, Any]) -> Any:
+        if isinstance(e, (sp.Symbol, sp.Dummy)):
+            return self.env[_key(e)]
+        if e is sp.I:
+            return self.j
+        if e.is_Rational:
+            return int(e.p) / int(e.q)
+        if e.is_Number or e.is_NumberSymbol:
+            return float(e)
+        if isinstance(e, sp.Add):
+            return self._sum(e, memo)
+        if isinstance(e, sp.Mul):
+            return self._product(e, memo)
+        if isinstance(e, sp.Pow):
+            return self._power(e, memo)
+        if isinstance(e, sp.Piecewise):
+            return self._piecewise(e, memo)
+        if isinstance(e, (sp.Max, sp.Min)):
+            pick = ca.fmax if isinstance(e, sp.Max) else ca.fmin
+            total = self.sx(e.args[0], memo)
+            for a in e.args[1:]:
+                total = pick(total, self.sx(a, memo))
+            return total
+        return self._function(e, memo)
+
+    def _sum(self, e: Any, memo: dict[Any, Any]) -> Any:
+        total: Any = 0
+        for a in e.as_ordered_terms() if len(e.args) < 12 else e.args:
+            if a.could_extract_minus_sign():
+                total = total - self.sx(-a, memo)
+            else:
+                total = total + self.sx(a, memo)
+        return total
+
+    def _product(self, e: Any, memo: dict[Any, Any]) -> Any:
+        top: Any = 1
+        bottom: Any = None
+        for a in e.args:
+            if isinstance(a, sp.Pow) and a.exp.is_Integer and a.exp < 0:
+                factor = self.sx(a.base ** (-a.exp), memo)
+                bottom = factor if bottom is None else bottom * factor
+            elif a.is_Rational and a.q != 1 and a.p == 1:
+                bottom = ca.SX(int(a.q)) if bottom is None else bottom * int(a.q)
+            else:
+                top = self.sx(a, memo) if isinstance(top, int) and top == 1 else top * self.sx(a, memo)
+        return top if bottom is None else top / bottom
+
+    def _power(self, e: Any, memo: dict[Any, Any]) -> Any:
+        base, n = e.args
+        if base == sp.E:
+            return ca.exp(self.sx(n, memo))
+        if n.is_Integer and abs(int(n)) <= 12:
+            x = self.sx(base, memo)
+            product = x
+            for _ in range(abs(int(n)) - 1):
+                product = product * x
+            return product if n > 0 else 1 / product
+        if self.is_complex(base) or self.is_complex(n):
+            return self._function(fn.cpow(base, n), memo)
+        if n == sp.Rational(1, 2):
+            return ca.sqrt(self.sx(base, memo))
+        if n == -sp.Rational(1, 2):
+            return 1 / ca.sqrt(self.sx(base, memo))
+        return self.sx(base, memo) ** self.sx(n, memo)
+
+    def _piecewise(self, e: Any, memo: dict[Any, Any]) -> Any:
+        total: Any = ca.SX.nan() if e.args[-1][1] is not sp.true else None
+        for value, condition in reversed(e.args):
+            x = self.sx(value, memo)
+            total = x if total is None else ca.if_else(self._condition(condition, memo), x, total)
+        return total
+
+    def _condition(self, c: Any, memo: dict[Any, Any]) -> Any:
+        if isinstance(c, Relational):
+            return RELATION[type(c)](self.sx(c.lhs, memo), self.sx(c.rhs, memo))
+        if isinstance(c, sp.Not):
+            return ca.logic_not(self._condition(c.args[0], memo))
+        if isinstance(c, (sp.And, sp.Or)):
+            join = ca.logic_and if isinstance(c, sp.And) else ca.logic_or
+            total = self._condition(c.args[0], memo)
+            for a in c.args[1:]:
+                total = join(total, self._condition(a, memo))
+            return total
+        return ca.SX(1.0 if c is sp.true else 0.0)
+
+    def _function(self, e: Any, memo: dict[Any, Any]) -> Any:
+        kind = type(e)
+        arguments_complex = any(self.is_complex(a) for a in e.args)
+        if kind is sp.log and arguments_complex:
+            return self._function(fn.clog(e.args[0]), memo)
+        if kind in (sp.re, sp.im) and not arguments_complex:
+            return self.sx(e.args[0], memo) if kind is sp.re else 0.0
+        if kind in PLAIN and not (arguments_complex and kind in NEEDS_REAL):
+            return PLAIN[kind](*(self.sx(a, memo) for a in e.args))
+        takes = getattr(kind, "takes", None) or ("complex" if kind in NONHOLOMORPHIC else "any",) * len(e.args)
+        if not (kind in NONHOLOMORPHIC or issubclass(kind, sp.Function) and kind.__module__ == fn.__name__):
+            raise InputError(f"function '{kind.__name__}' is not part of the language")
+        return self.call(kind, tuple(self.sx(a, memo) for a in e.args), takes).symbol
+
+    def call(self, kind: Any, args: tuple[Any, ...], takes: tuple[str, ...]) -> Call:
+        """The opaque call of a function of the language; the same arguments give the same call."""
+        key = (kind, *(a.element_hash() if a.numel() else 0 for a in args))
+        if key not in self._known:
+            symbol = ca.SX.sym(f"{kind.__name__}_{len(self.calls)}")
+            new = Call(kind.__name__, symbol, args, issubclass(kind, fn.COMPLEX_VALUED), takes, kind)
+            self._known[key] = new
+            self.calls.append(new)
+        return self._known[key]
+
+    def derivative(self, call: Call, index: int) -> Any:
+        """∂f/∂(argument `index`) of an opaque function, as SX."""
+        dummies = [sp.Dummy(f"x{i}", real=True) for i in range(len(call.args))]
+        inner = Translator({}, set(self.complex_names), self.j, self.calls, self._known)
+        for d, a, t in zip(dummies, call.args, call.takes, strict=True):
+            inner.env[_key(d)] = a
+            if t == "complex" or (t == "any" and call.function in ("cpow", "clog") and d is dummies[0]):
+                inner.complex_names.add(_key(d))
+        return inner.sx(call.sympy(*dummies).fdiff(index + 1))
+
+
+def _key(symbol: Any) -> str:
+    return f"{symbol.name}#{symbol.dummy_index}" if isinstance(symbol, sp.Dummy) else str(symbol.name)
