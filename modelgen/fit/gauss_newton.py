@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from modelgen.fit.constrained import constrained
 from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, at_least
-from modelgen.fit.problem import Matrix, Problem, Vector
+from modelgen.fit.problem import FLAT, ZERO, Matrix, Normal, Problem, Vector
 
-FLAT = 1e-6  # cosine between residual and Jacobian's columns at which a stalled run still counts as converged
+TINY = 1e-12  # a hardly damped step, relative to the value, that changes nothing any more
+
 FORGET = 0.1  # a column's scale falls by no more than this in a step: what goes blind stays damped
 
 
@@ -38,23 +41,33 @@ class GaussNewton(Method):
         return "Gauss–Newton with Levenberg–Marquardt damping"
 
     def _search(self, problem: Problem, start: Vector, watch: Watch, seed: Seed) -> Outcome:
+        def descend(evaluate: Callable[[Vector], Normal], theta: Vector) -> tuple[Vector, Reason]:
+            return self._descend(problem, evaluate, theta, watch)
+
+        if problem.constraints:
+            return watch.outcome(constrained(problem, watch.normal_equations, start, descend))
+        return watch.outcome(descend(watch.normal_equations, start)[1])
+
+    def _descend(
+        self, problem: Problem, evaluate: Callable[[Vector], Normal], theta: Vector, watch: Watch
+    ) -> tuple[Vector, Reason]:
+        """From θ to the minimum within the bounds of what `evaluate` gives, and why it ended there."""
         lower, upper = problem.lower, problem.upper
-        theta = start
-        f, g, A = watch.normal_equations(theta)
+        f, g, A = evaluate(theta)
         if not np.isfinite(f):
-            return watch.outcome(Reason.NOT_FINITE)
-        floor, mu, nu = 1e-28 * f, self.damping, 2.0
+            return theta, Reason.NOT_FINITE
+        floor, mu, nu = ZERO * f, self.damping, 2.0
         D = _scale(A, np.zeros_like(theta))
         for iteration in range(1, self.max_iter + 1):
             free = ~((theta <= lower) & (g > 0) | (theta >= upper) & (g < 0))
             slope = float(np.max(np.abs(g / D)[free], initial=0.0))
             if f <= floor or slope <= 1e-14 * np.sqrt(f):
-                return watch.outcome(Reason.CONVERGED)
+                return theta, Reason.CONVERGED
             low, high = lower - theta, upper - theta
             step = _step(A, g, D, mu, free, low, high)
             trial = np.where(step <= low, lower, np.where(step >= high, upper, theta + step))
             predicted = -float(step @ (2 * g + A @ step))
-            f_new, g_new, A_new = watch.normal_equations(trial)
+            f_new, g_new, A_new = evaluate(trial)
             decrease = f - f_new
             watch.tell(iteration, self.max_iter)
             gain = decrease / predicted if predicted > 0 else -1.0
@@ -64,13 +77,15 @@ class GaussNewton(Method):
                 D = _scale(A, D)
                 mu, nu = max(mu * max(1 / 3, 1 - (2 * gain - 1) ** 3), 1e-16), 2.0
                 if small:
-                    return watch.outcome(Reason.CONVERGED)
-            elif predicted <= 1e-15 * f or np.all(np.abs(step) <= 1e-15 * np.abs(theta)):
-                # what is left to gain drowns in rounding; a slope here means that value and gradient disagree
-                return watch.outcome(Reason.CONVERGED if slope <= FLAT * np.sqrt(f) else Reason.STALLED)
+                    return theta, Reason.CONVERGED
+            elif mu < 1 and np.all(np.abs(step) <= TINY * (np.abs(theta) + 1e-4 * problem.width)):
+                return theta, Reason.CONVERGED
+            elif predicted <= 1e-15 * f:
+                # the gain left drowns in rounding; a slope here means that value and gradient disagree
+                return theta, Reason.CONVERGED if slope <= FLAT * np.sqrt(f) else Reason.STALLED
             else:
                 mu, nu = mu * nu, 2 * nu
-        return watch.outcome(Reason.BUDGET)
+        return theta, Reason.BUDGET
 
 
 def _scale(A: Matrix, before: Vector) -> Vector:

@@ -11,7 +11,7 @@ import numpy as np
 
 from modelgen.errors import InputError
 from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, at_least
-from modelgen.fit.problem import Matrix, Normal, Problem, Vector
+from modelgen.fit.problem import FLAT, ZERO, Matrix, Normal, Problem, Vector
 
 PASSES = 3  # the objective's scale is renewed when a pass has brought it down by more than DROP
 DROP = 3.0
@@ -59,12 +59,19 @@ class IPOPT(Method):
         f = watch.normal_equations(start)[0]
         if not np.isfinite(f):
             return watch.outcome(Reason.NOT_FINITE)
-        reason, theta = Reason.BUDGET, start
+        reason, theta, f_start = Reason.BUDGET, start, f
         for renewed in range(PASSES):
             scaled = _Scaled(problem, watch, theta, f or 1.0, self.max_iter)
             status, theta = self._pass(scaled, renewed > 0)
             reason = _REASONS.get(status, Reason.FAILED)
-            before, f = f, watch.normal_equations(theta)[0]
+            normal = watch.normal_equations(theta)
+            before, f = f, normal[0]
+            if (
+                reason is not Reason.CONVERGED
+                and not problem.constraints
+                and (f <= ZERO * f_start or problem.slope(theta, normal) <= FLAT)
+            ):
+                reason = Reason.CONVERGED  # the solver wanted more than rounding allows
             if reason not in (Reason.CONVERGED, Reason.STALLED) or not f < before / DROP:
                 break
         return watch.outcome(reason)

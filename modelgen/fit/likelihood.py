@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from modelgen.errors import InputError, did_you_mean
 from modelgen.fit.gauss_newton import GaussNewton
-from modelgen.fit.method import Method
+from modelgen.fit.method import Method, Reason
 from modelgen.fit.problem import Problem, Vector
 from modelgen.fit.uncertainty import assess
 
@@ -103,7 +103,8 @@ class _Search:
             outer = max(outer + step, bound) if step < 0 else min(outer + step, bound)
             found = self.depth(outer)
             if found >= depth:
-                return _crossing(self.depth, inner, outer, found, depth, self._known(inner)), False
+                crossing = _crossing(self.depth, inner, outer, found, depth, self._known(inner))
+                return float(crossing), False
             if outer == bound:
                 return bound, True
             inner, step = outer, 2 * step
@@ -118,6 +119,8 @@ class _Search:
         if not others.size:
             return self.problem.value([x]), others
         outcome = self.method.run(self.problem.fixed(self.index, x), others)
+        if outcome.reason is Reason.INTERRUPTED:  # half a profile is no use to anyone
+            raise KeyboardInterrupt
         return outcome.value, outcome.theta
 
 

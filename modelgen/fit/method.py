@@ -16,7 +16,7 @@ from modelgen.fit.problem import Matrix, Normal, Problem, Vector
 Progress = Callable[[float, float], None]  # fraction done, best r·r so far
 Seed = int | np.random.Generator | None
 
-FEASIBLE = 1e-6  # violation of a constraint, in units of the parameters' widths, that still passes
+FEASIBLE = 1e-8  # violation of a constraint, in units of the parameters' widths, that still passes
 OUTSIDE = 1e200  # points outside the constraints rank behind all inside (Deb 2000), by their violation
 
 
@@ -71,7 +71,7 @@ class Watch:
         """r·r at each row (m,), those outside the constraints ranked behind all others."""
         merits = self.problem.values(thetas)
         if self.problem.constraints:
-            merits = np.array([self._merit(t, f) for t, f in zip(thetas, merits, strict=True)])
+            merits = np.array([self.merit(t, f) for t, f in zip(thetas, merits, strict=True)])
         self.evaluations += len(merits)
         best = int(np.argmin(merits))
         self._keep(thetas[best], float(merits[best]))
@@ -81,7 +81,7 @@ class Watch:
         """r·r, Jᵀr, JᵀJ at θ."""
         normal = self.problem.normal_equations(theta)
         self.evaluations += 1
-        self._keep(theta, self._merit(theta, normal[0]))
+        self._keep(theta, self.merit(theta, normal[0]))
         return normal
 
     def absorb(self, outcome: Outcome) -> None:
@@ -89,7 +89,7 @@ class Watch:
         self.evaluations += outcome.evaluations
         self.iterations += outcome.iterations
         self.history += [min(self.value, value) for value in outcome.history]
-        self._keep(outcome.theta, outcome.value)
+        self._keep(outcome.theta, self.merit(outcome.theta, outcome.value))
 
     def tell(self, done: int, of: int) -> None:
         """End of iteration `done`: note the best value, and report it."""
@@ -107,7 +107,8 @@ class Watch:
             self.theta, value, self.evaluations, self.iterations, reason, tuple(self.history), self.population
         )
 
-    def _merit(self, theta: Vector, value: float) -> float:
+    def merit(self, theta: Vector, value: float) -> float:
+        """r·r for ranking: a point outside the constraints is worse than any inside."""
         if not self.problem.constraints:
             return value
         violation = self.problem.violation(theta)

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from modelgen.fit.gauss_newton import GaussNewton
-from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, at_least, part
+from modelgen.fit.method import OUTSIDE, Method, Outcome, Reason, Seed, Watch, at_least, part
 from modelgen.fit.problem import Matrix, Problem, Vector
 from modelgen.fit.pso import uniform
 
 SAME = 1e-6  # relative difference of r·r within which two starts have reached the same optimum
-ZERO = 1e-12  # r·r, relative to the first start's, that counts as 0
+SMALL = 1e-12  # r·r, relative to the first start's, that counts as 0
 
 
 @dataclass(frozen=True)
@@ -45,11 +45,11 @@ class MultiStart(Method):
             watch.absorb(ends[-1])
             if ends[-1].reason is Reason.INTERRUPTED:
                 break
-        best = min(ends, key=lambda end: end.value)
+        best = min(ends, key=lambda end: watch.merit(end.theta, end.value))
         interrupted = ends[-1].reason is Reason.INTERRUPTED
         found = watch.outcome(Reason.INTERRUPTED if interrupted else best.reason)
-        enough = found.value * (1 + SAME) + ZERO * problem.value(start)
-        reached = sum(end.value <= enough for end in ends)
+        enough = found.value * (1 + SAME) + SMALL * problem.value(start)
+        reached = sum(end.value <= min(enough, OUTSIDE) for end in ends)
         return replace(
             found, population=np.array([end.theta for end in ends]), reached=reached, starts=len(ends)
         )

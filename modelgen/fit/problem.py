@@ -19,6 +19,8 @@ Matrix = NDArray[np.float64]
 Normal = tuple[float, Vector, Matrix]
 
 WIDE = 100.0  # positive bounds further apart than this factor are searched by the logarithm
+ZERO = 1e-28  # r·r, relative to the start's, that is rounding
+FLAT = 1e-6  # cosine between r and J's columns at which a search that cannot go on counts as converged
 REACH = 10.0  # without bounds, a search box reaches this many |start| to either side
 
 
@@ -128,6 +130,14 @@ class Problem:
                 worst = max(worst, -value / (float(np.linalg.norm(g.gradient(theta) * self.width)) or 1.0))
         return worst if worst == worst else np.inf
 
+    def slope(self, theta: Vector, normal: Normal) -> float:
+        """The largest cosine between r and the column of J of a parameter that no bound holds."""
+        f, g, A = normal
+        near = 1e-6 * self.width
+        held = (theta - self.lower <= near) & (g > 0) | (self.upper - theta <= near) & (g < 0)
+        norms = np.sqrt(A.diagonal() * f)
+        return float(np.max(np.abs(g[~held]) / np.where(norms > 0, norms, 1)[~held], initial=0.0))
+
     def at_bound(self, theta: Vector, tolerance: Vector | None = None) -> NDArray[np.bool_]:
         """Which parameters (p,) lie on a bound, to `tolerance` (p,), else to 1e-9 of their width."""
         near = 1e-9 * self.width if tolerance is None else tolerance
@@ -181,8 +191,8 @@ class Problem:
             upper=self.upper[keep],
             start=self.start[keep],
             residual=lambda rest: self.residual(whole(rest)),
-            linearise=linearise,
-            normal=normal,
+            linearise=linearise if self.linearise is not None else None,
+            normal=normal if self.normal is not None else None,
             objective_batch=batch and (lambda rest: batch(whole(rest))),
             hessian=hessian and (lambda rest: hessian(whole(rest))[np.ix_(keep, keep)]),
             constraints=tuple(map(hold, self.constraints)),

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from modelgen.errors import InputError
 from modelgen.fit.problem import Matrix, Problem, Vector
 
+Places = NDArray[np.intp]
+Product = Callable[[Places, Vector], str]
+
 BLIND = 1e-9  # a singular value of the column-scaled J, relative to the largest, below which it is rounding
-TAKES_PART = 1e-5  # share of a parameter in an open direction, in units of the columns' norms, that counts
+ROUNDING = (
+    1e-5  # share of a parameter in an open direction, in units of the columns' norms, below which it is none
+)
+MINOR = 0.1  # the same for directions that are merely wider than the bounds, in units of these
 ON_BOUND = 1e-3  # standard deviations from a bound within which a parameter lies on it
 
 
@@ -40,55 +49,72 @@ class Uncertainty:
 def assess(problem: Problem, theta: ArrayLike, *, estimate_noise: bool = False) -> Uncertainty:
     """Covariance (JᵀJ)⁻¹ from the whitened J at the optimum θ, by an SVD with scaled columns.
 
-    estimate_noise: multiply it by s² = r·r/(n − rank), for residuals whose noise level isn't known; NaN for n
-    = rank. A direction counts as open when its singular value is rounding (1e-9 of the largest), or when
-    moving along it across the whole of the bounds changes r by less than the noise.
+    A direction is open when its singular value is rounding (1e-9 of the largest). A parameter whose standard
+    deviation exceeds the whole span of its bounds counts as undetermined too. estimate_noise: multiply by
+    s² = r·r/(n − rank), for residuals whose noise level isn't known; NaN for n = rank.
+    Raises InputError, naming the parameter, where a derivative is not finite.
     """
     theta = np.asarray(theta, dtype=float)
     r, J = problem.jacobian(theta)
+    for name, column in zip(problem.names, J.T, strict=True):
+        if not np.isfinite(column @ column):
+            raise InputError(f"parameter '{name}': the model's derivative is not finite at the optimum")
     norms = np.linalg.norm(J, axis=0)
     scale = np.where(norms > 0, norms, 1.0)
-    open_, inverse = _split(J / scale, problem, scale)
-    rank = theta.size - open_.shape[1]
-    noise = 1.0
-    if estimate_noise:
-        noise = float(np.sqrt(r @ r / (r.size - rank))) if r.size > rank else np.nan
-    determined = np.linalg.norm(open_, axis=1) <= TAKES_PART
+    blind, inverse = _split(J / scale)
+    free = r.size - theta.size + blind.shape[1]
+    noise = (float(np.sqrt(r @ r / free)) if free > 0 else np.nan) if estimate_noise else 1.0
     covariance = noise**2 * inverse / np.outer(scale, scale)
+    seen = np.linalg.norm(blind, axis=1) <= ROUNDING
+    span = problem.upper - problem.lower
+    weak = np.flatnonzero(seen & (np.sqrt(covariance.diagonal()) > span))
+    vague = _vague(covariance, span, weak)
+    said = _sentences(blind, scale, problem.names, ROUNDING, partial(_product, problem, theta, J))
+    said += _sentences(vague, 1 / span, problem.names, MINOR, lambda *_: "", " within the bounds")
+    determined = seen.copy()
+    determined[weak] = False
     covariance[~determined], covariance[:, ~determined] = np.nan, np.nan
     std = np.sqrt(covariance.diagonal())
-    correlation = covariance / np.outer(std, std)
     return Uncertainty(
         covariance=covariance,
         std=std,
-        correlation=correlation,
-        rank=rank,
+        correlation=covariance / np.outer(std, std),
+        rank=theta.size - blind.shape[1] - vague.shape[1],
         determined=determined,
         at_bound=problem.at_bound(theta, np.fmax(1e-9 * problem.width, ON_BOUND * std)),
-        undetermined=_sentences(open_, scale, problem.names),
+        undetermined=said,
         noise=noise,
         residual=r,
         jacobian=J,
     )
 
 
-def _split(unit: Matrix, problem: Problem, scale: Vector) -> tuple[Matrix, Matrix]:
+def _split(unit: Matrix) -> tuple[Matrix, Matrix]:
     """The open directions (p, q), orthonormal, and the inverse of unitᵀ unit (p, p) on the others."""
     p = unit.shape[1]
     _, s, Vt = np.linalg.svd(unit, full_matrices=unit.shape[0] < p)
     s = np.append(s, np.zeros(p - s.size))
-    # the longest way along a direction, θ = scale⁻¹ v t, that stays in the box of finite bounds
-    span = (problem.upper - problem.lower) * scale
-    with np.errstate(divide="ignore", invalid="ignore"):
-        reach = np.nanmin(np.where(Vt != 0, span / np.abs(Vt), np.inf), axis=1)
-        seen = (s > BLIND * s[0]) & (s * reach >= 1)
+    seen = s > BLIND * s[0]
     weight = np.where(seen, 1 / np.where(seen, s, 1) ** 2, 0)
     return Vt[~seen].T, (Vt.T * weight) @ Vt
 
 
-def _sentences(open_: Matrix, scale: Vector, names: tuple[str, ...]) -> tuple[str, ...]:
-    """One sentence for each set of parameters that open directions (p, q) tie together."""
-    tied = np.abs(open_ @ open_.T) > TAKES_PART**2
+def _vague(covariance: Matrix, span: Vector, weak: Places) -> Matrix:
+    """Directions (p, q) among the parameters at `weak`, in units of `span`, wider than the bounds' box."""
+    spread, axes = np.linalg.eigh((covariance / np.outer(span, span))[np.ix_(weak, weak)])
+    directions = np.zeros((span.size, int(np.sum(spread > 1))))
+    directions[weak] = axes[:, spread > 1]
+    return directions
+
+
+def _sentences(
+    open_: Matrix, scale: Vector, names: tuple[str, ...], least: float, product: Product, where: str = ""
+) -> tuple[str, ...]:
+    """One sentence for each set of parameters that the open directions scale·θ (p, q) tie together.
+
+    least: the share of a parameter in a direction that counts.
+    """
+    tied = np.abs(open_ @ open_.T) > least**2
     left = [i for i in range(len(names)) if tied[i, i]]
     said = []
     while left:
@@ -96,25 +122,60 @@ def _sentences(open_: Matrix, scale: Vector, names: tuple[str, ...]) -> tuple[st
         for i in group:  # grows while it is walked: all that are tied, directly or not
             group += [j for j in left if tied[i, j] and j not in group]
         left = [i for i in left if i not in group]
-        said.append(_sentence(open_[sorted(group)], scale[sorted(group)], [names[i] for i in sorted(group)]))
+        said.append(_sentence(open_, scale, names, least, np.sort(group), product, where))
     return tuple(said)
 
 
-def _sentence(open_: Matrix, scale: Vector, names: list[str]) -> str:
-    """What the data leave open among `names`, whose open directions are the rows of `open_` (k, q)."""
-    if len(names) == 1:
-        return f"the data say nothing about {names[0]}"
-    together = f"{', '.join(names[:-1])} and {names[-1]}"
-    U, s, _ = np.linalg.svd(open_)
-    rank = int(np.sum(s > TAKES_PART))
-    if rank == len(names):
-        return f"the data say nothing about {together}"
-    known = _reduced(U[:, rank:].T) * scale
-    combinations = [_combination(row, names) for row in known]
-    return f"the data don't determine {together} apart: only {' and '.join(combinations)}"
+def _sentence(
+    open_: Matrix,
+    scale: Vector,
+    names: tuple[str, ...],
+    least: float,
+    group: Places,
+    product: Product,
+    where: str,
+) -> str:
+    """What the data leave open among the parameters at the places `group` (k,)."""
+    own = [names[i] for i in group]
+    together = " and ".join(filter(None, [", ".join(own[:-1]), own[-1]]))
+    U, s, _ = np.linalg.svd(open_[group])
+    rank = int(np.sum(s > least))
+    if rank == len(own):
+        return f"the data say nothing about {together}{where}"
+    known = _reduced(U[:, rank:].T, least) * scale[group]
+    used = known[0] != 0
+    only = product(group[used], known[0][used]) if len(known) == 1 else ""
+    only = only or " and ".join(_combination(row, own) for row in known)
+    return f"the data don't determine {together} apart{where}: only {only}"
 
 
-def _reduced(rows: Matrix) -> Matrix:
+def _product(problem: Problem, theta: Vector, J: Matrix, index: Places, row: Vector) -> str:
+    """ "a*b^2/c" if r depends on the parameters at `index` through that alone, "" if not.
+
+    row: the coefficients of the linear combination that is determined near θ; times θ they are the exponents.
+    """
+    exponents = row * theta[index]
+    if not np.all(exponents):
+        return ""
+    exponents *= np.sign(exponents[0]) / np.abs(exponents).min()
+    if not np.allclose(exponents, np.round(exponents), rtol=1e-3, atol=0) or np.abs(exponents).max() > 4:
+        return ""
+    small = 1e-6 * np.linalg.norm(J[:, index] * theta[index], axis=0).max()
+    base = theta.copy()
+    base[index[0]] *= 1.1  # at the optimum itself the combination may be 0, which scaling does not change
+    r = problem.residual(base)
+    for j in range(1, index.size):
+        moved = base.copy()
+        moved[index[[0, j]]] *= np.exp(0.1 * np.array([exponents[j], -exponents[0]]))
+        if not np.linalg.norm(problem.residual(moved) - r) <= small:
+            return ""
+    powers = [(problem.names[i], round(e)) for i, e in zip(index, exponents, strict=True)]
+    return "".join(
+        ("*" if e > 0 else "/") + name + (f"^{abs(e)}" if abs(e) > 1 else "") for name, e in powers
+    )[1:]
+
+
+def _reduced(rows: Matrix, least: float) -> Matrix:
     """Reduced row echelon form, so that each combination names few parameters."""
     rows = rows.copy()
     for k in range(len(rows)):
@@ -124,7 +185,7 @@ def _reduced(rows: Matrix) -> Matrix:
         rows[k] /= rows[k, j]
         others = np.arange(len(rows)) != k
         rows[others] -= np.outer(rows[others, j], rows[k])
-    return np.where(np.abs(rows) < TAKES_PART, 0, rows)
+    return np.where(np.abs(rows) < least, 0, rows)
 
 
 def _combination(row: Vector, names: list[str]) -> str:
