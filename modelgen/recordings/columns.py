@@ -38,7 +38,7 @@ class Channels:
 def read_channels(table: Table, signature: Signature) -> Channels:
     """Pick, convert and check the columns of a model's inputs and outputs.
 
-    Raises InputError, with file, line and column, for what is missing, doubled, of the wrong unit or unordered.
+    Raises InputError, with file, line and column, for what is missing, double, unordered or of a wrong unit.
     """
     picked, notes = _pick(table, signature)
     scales = {part: _scale(table, column, part.unit) for part, column in picked.items()}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Channel:
-    """One input or output. `measured_as`: further column names of the same quantity (F is recorded as F_m)."""
+    """One input or output. `measured_as`: further names of columns that hold it (F is recorded as F_m)."""
 
     name: str
     unit: str

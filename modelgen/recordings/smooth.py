@@ -1,0 +1,81 @@
+"""Smoothing on a uniform grid, with a window that adapts to the signal at each sample."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modelgen.recordings.savgol import LocalFit, local_fit
+
+Array = NDArray[np.float64]
+
+EXACT = 9  # samples of the interpolating polynomial: differences of 8th order
+DEGREE = 5
+HALF_WIDTHS = (4, 6, 9, 13, 19, 28, 42, 64, 96, 144, 216, 324, 486, 729, 1094, 1641)
+# 200 000 samples make some 10⁶ tests, so hardly one in 10⁸ may fail by chance: where a window is refused no
+# wider one is tried, and the noise of a small one would look like reversals.
+PEAK = 6.0  # largest excess coefficient, in standard deviations
+POOL = 12  # half-width of the neighbourhood of a window that is tested together, in half-widths
+POOLED = 2.5  # largest mean square excess over it, in variances
+
+
+@dataclass(frozen=True)
+class Smooth:
+    """value: z, z', z'' per sample step; std: of their noise; both (3, n). window: half-width, (n,)."""
+
+    value: Array
+    std: Array
+    window: Array
+
+
+def smooth(z: Array, std: float, bound: float) -> Smooth:
+    """Local quintics of z, shape (n,), each over the widest window that the noise allows.
+
+    std: of white noise. bound: size of an error that isn't white (half the step of an encoder), or 0.
+    A window is widened as long as the two polynomials beyond the fitted ones find nothing but noise in it, at
+    this sample and on average around it. From one width to the next the estimates are faded over, so that
+    neither z nor v jumps.
+    """
+    n = z.size
+    fit = local_fit(z, min(EXACT, n), min(EXACT, n) - 1)
+    value, gain, window = fit.value.copy(), fit.gain.copy(), np.full(n, min(EXACT, n) // 2, dtype=float)
+    good, half = np.ones(n, dtype=bool), min(EXACT, n) // 2
+    for wider in HALF_WIDTHS if std > 0 else ():
+        if 2 * wider + 1 > n:
+            break
+        last, fit = fit, local_fit(z, 2 * wider + 1, DEGREE)
+        good &= _only_noise(fit, wider, std, bound)
+        weight = _fade(good, max(1, wider // 3))
+        if not weight.any():
+            break
+        value += weight * (fit.value - last.value)
+        gain += weight * (fit.gain - last.gain)
+        window += weight * (wider - half)
+        half = wider
+    return Smooth(value, gain * std, window)
+
+
+def _only_noise(fit: LocalFit, half: int, std: float, bound: float) -> NDArray[np.bool_]:
+    """Where the coefficients beyond the fit look like noise, one by one and on average around."""
+    square = fit.excess**2
+    limit = (PEAK * std + bound * fit.reach) ** 2
+    single = square.max(axis=0) < limit
+    np.minimum(square, 2 * limit, out=square)  # a huge one must not cost the running sum its digits
+    pooled = _running_mean(square.mean(axis=0), POOL * half)
+    return np.asarray(single & (pooled < POOLED * std**2 + (bound * fit.reach) ** 2))
+
+
+def _fade(good: NDArray[np.bool_], radius: int) -> Array:
+    """1 inside the good stretches, falling to 0 within them, over the radius before their ends."""
+    inside = _running_mean((~good).astype(float), radius) == 0
+    return _running_mean(inside.astype(float), radius)
+
+
+def _running_mean(x: Array, radius: int) -> Array:
+    """Mean over the samples within the radius, fewer at the ends."""
+    total = np.concatenate(([0.0], np.cumsum(x)))
+    at = np.arange(x.size)
+    low, high = np.maximum(at - radius, 0), np.minimum(at + radius + 1, x.size)
+    return np.asarray((total[high] - total[low]) / (high - low))
