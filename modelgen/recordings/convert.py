@@ -22,7 +22,7 @@ def affine(found: str, wanted: str) -> tuple[float, float]:
     try:
         converted = (registry().Quantity(x, from_unit).to(to_unit) for x in (0.0, 1.0, 2.0))
         zero, one, two = (float(x.magnitude) for x in converted)
-    except Exception as why:  # Pint refuses products of offset units, such as degC/s
+    except Exception as why:  # Pint refuses some products of offset units
         raise InputError(f"unit '{found}' can't be converted to '{wanted}' by a factor") from why
     if abs(two - 2 * one + zero) > 1e-9 * max(abs(zero), abs(one), abs(two)):
         raise InputError(f"unit '{found}' is logarithmic; wanted a linear unit such as '{wanted}'")

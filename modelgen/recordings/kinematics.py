@@ -163,10 +163,12 @@ def _reversals(z: Array, v: Array, doubt: Array, least: float) -> NDArray[np.int
     before, after, up = sure[change], sure[change + 1], sign[change]
     steps = after.copy()
     tips = np.where(up > 0, np.maximum(z[before], z[after]), np.minimum(z[before], z[after]))
-    for k in np.flatnonzero(after > before + 1):  # a few doubtful samples in between
-        top = int(before[k] + np.argmax(up[k] * z[before[k] : after[k] + 1]))
-        steps[k] = min(top + 1, after[k]) if up[k] * v[top] > 0 or top == before[k] else top
-        tips[k] = z[top]
+    for k in np.flatnonzero(after > before + 1):  # doubtful samples in between: where z is extreme
+        top = int(np.argmax(up[k] * z[before[k] : after[k] + 1]))
+        forward = up[k] * v[before[k] : after[k] + 1] > 0
+        crossings = np.flatnonzero(forward[:-1] & ~forward[1:])
+        steps[k] = before[k] + 1 + crossings[np.argmin(np.abs(crossings - top))]
+        tips[k] = z[before[k] + top]
     return steps[_zigzag(np.concatenate((z[:1], tips, z[-1:])), least)]
 
 

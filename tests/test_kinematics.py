@@ -1,0 +1,265 @@
+"""Velocity, acceleration and reversals against analytic motion, in the noise of displacement records."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from modelgen.errors import InputError
+from modelgen.recordings import Channel, Kinematics, Signature, kinematics, load_case, read_case_file
+
+SHARED = Path(__file__).parents[2] / "shared" / "data"
+NOISE = 2.88e-4  # mm, of the displacement sensor of the MRE paper
+RATE = 4000.0  # Hz
+
+
+def noisy(z: np.ndarray, seed: int, std: float = NOISE) -> np.ndarray:
+    return z + std * np.random.default_rng(seed).standard_normal(z.size)
+
+
+def rms(x: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(x**2)))
+
+
+def slow_sine(seconds: float = 50.0) -> tuple[np.ndarray, ...]:
+    """3 mm at 0.1 Hz: t, z, v, a."""
+    t, w = np.arange(int(seconds * RATE)) / RATE, 2 * np.pi * 0.1
+    return t, 3 * np.sin(w * t), 3 * w * np.cos(w * t), -3 * w * w * np.sin(w * t)
+
+
+def triangle() -> tuple[np.ndarray, ...]:
+    """3 mm at 0.1 Hz with corners off the samples, and its speed of 1.2 mm/s."""
+    t = np.arange(200_000) / RATE
+    phase = (0.1 * t + 0.13) % 1
+    return t, 3 * (1 - 4 * np.abs(phase - 0.5)), np.where(phase < 0.5, 1.2, -1.2)
+
+
+def sweep() -> tuple[np.ndarray, ...]:
+    """0.4 mm, 0.3 to 10 Hz in 30 s at 1 kHz."""
+    t = np.arange(30_000) * 1e-3
+    k = np.log(10 / 0.3) / 30
+    phase, rate = 2 * np.pi * 0.3 * np.expm1(k * t) / k, 2 * np.pi * 0.3 * np.exp(k * t)
+    return t, 0.4 * np.sin(phase), 0.4 * rate * np.cos(phase)
+
+
+def multisine() -> tuple[np.ndarray, ...]:
+    """A random multisine, most of its power above 10 samples a period, some down to 3."""
+    n, rng = 4096, np.random.default_rng(3)
+    t = np.arange(n) / 610.0
+    w = 2 * np.pi * np.arange(1, 1300) * 610.0 / n
+    size = 0.05 / (1 + (w / w[400]) ** 4)
+    phase = np.outer(t, w) + rng.uniform(0, 2 * np.pi, w.size)
+    return t, np.sin(phase) @ size, np.cos(phase) @ (size * w)
+
+
+def test_without_noise_it_is_as_exact_as_differences_of_eighth_order() -> None:
+    t, z, v, a = slow_sine()
+    k = kinematics(t, z)
+    assert k.sigma_z == 0 and np.array_equal(k.z, z)
+    assert rms(k.v - v) < 1e-10 * rms(v)
+    assert rms(k.a - a) < 1e-6 * rms(a)
+
+
+@pytest.mark.parametrize("given_sigma", [None, 0.0])
+def test_order_of_convergence_without_noise(given_sigma: float | None) -> None:
+    errors = []
+    for n in (401, 801):
+        t = np.linspace(0, 10, n)
+        errors.append(rms((kinematics(t, np.sin(8 * t), given_sigma).v - 8 * np.cos(8 * t))[8:-8]))
+    assert np.log2(errors[0] / errors[1]) > 7.5
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_slow_sine_in_noise(seed: int) -> None:
+    t, z, v, a = slow_sine()
+    start = time.perf_counter()
+    k = kinematics(t, noisy(z, seed))
+    seconds = time.perf_counter() - start
+    assert k.sigma_z == pytest.approx(NOISE, rel=0.03)
+    assert k.reversals.size == 10 and np.count_nonzero(k.z_turn[1:] != k.z[:-1]) == 10
+    raw = rms(np.diff(noisy(z, seed)) * RATE - v[1:])
+    assert rms(k.v - v) < 5e-4 * rms(v) and raw / rms(k.v - v) > 2000
+    assert rms(k.a - a) < 1e-2 * rms(a)
+    assert rms(k.z - z) < 0.06 * NOISE
+    np.testing.assert_allclose(np.abs(k.z_turn[k.reversals]), 3, atol=NOISE)
+    assert seconds < 1.5  # 0.3 s on an idle core
+
+
+def test_triangle_in_noise_keeps_its_corners() -> None:
+    t, z, v = triangle()
+    k = kinematics(t, noisy(z, 1))
+    assert k.reversals.size == 10
+    assert rms(k.v - v) < 0.03 * 1.2
+    corner = np.flatnonzero(np.diff(v))
+    far = np.ones(t.size, dtype=bool)
+    for n in corner:
+        far[max(0, n - 100) : n + 100] = False
+    assert rms((k.v - v)[far]) < 0.02 * 1.2
+    assert np.abs(k.reversals - corner - 1).max() <= 10
+
+
+def test_sweep_in_noise() -> None:
+    t, z, v = sweep()
+    k = kinematics(t, noisy(z, 2))
+    assert rms(k.v - v) < 2e-3 * rms(v)
+    assert k.window[1000:3000].mean() > 3 * k.window[-3000:-1000].mean()
+    assert k.reversals.size == np.count_nonzero(np.diff(np.sign(v)))
+
+
+@pytest.mark.parametrize("std", [0.0, 1e-3, 1e-2])
+def test_a_signal_of_few_samples_a_period_is_not_smoothed_away(std: float) -> None:
+    t, z, v = multisine()
+    k = kinematics(t, noisy(z, 4, std))
+    assert rms(k.z - z) <= 1.1 * std
+    inner = slice(20, -20)
+    assert rms((k.v - v)[inner]) < (0.02 + 1.5 * std * 610 / rms(v)) * rms(v)
+
+
+def test_stated_noise_of_velocity_is_the_noise_that_is_left() -> None:
+    t, z, v, a = slow_sine(20.0)
+    runs = [kinematics(t, noisy(z, seed), NOISE) for seed in range(12)]
+    for found, true, stated in (
+        ([k.v for k in runs], v, runs[0].sigma_v),
+        ([k.a for k in runs], a, runs[0].sigma_a),
+    ):
+        inner = slice(4000, -4000)
+        ratio = rms((np.array(found) - true)[:, inner]) / rms(stated[inner])
+        assert 0.6 < ratio < 1.6
+
+
+@pytest.mark.parametrize(("step", "limit"), [(1e-3, 1e-3), (1e-2, 5e-3), (1e-6, 1e-3)])
+def test_an_encoder_and_rounded_numbers(step: float, limit: float) -> None:
+    t, z, v, _ = slow_sine()
+    k = kinematics(t, np.round(z / step) * step)
+    assert rms(k.v - v) < limit * rms(v)
+    assert k.reversals.size == 10
+
+
+@pytest.mark.parametrize("std", [0.0, NOISE])
+def test_rest_has_no_reversals(std: float) -> None:
+    t = np.arange(40_000) / RATE
+    for z in (np.zeros(t.size), np.minimum(t, 5.0)):  # at rest; a ramp and a hold
+        assert kinematics(t, noisy(z, 5, std)).reversals.size == 0
+
+
+def test_turns_are_extremes_within_the_step() -> None:
+    t = np.linspace(0, 20, 301)
+    k = kinematics(t, np.sin(t + 0.3))
+    assert k.reversals.size == 6
+    np.testing.assert_allclose(np.abs(k.z_turn[k.reversals]), 1, atol=1e-7)
+    np.testing.assert_allclose(np.delete(k.z_turn[1:], k.reversals - 1), np.delete(k.z[:-1], k.reversals - 1))
+
+
+def test_log_spaced_and_jittered_times() -> None:
+    t = np.logspace(-2, 1, 600)
+    k = kinematics(t, np.sin(3 * t))
+    assert rms(k.v - 3 * np.cos(3 * t)) < 1e-5 and rms(k.a + 9 * np.sin(3 * t)) < 1e-3
+    rng = np.random.default_rng(6)
+    t = np.arange(5000) * 1e-3 + rng.uniform(-3e-4, 3e-4, 5000)
+    k = kinematics(t, np.sin(6 * t))
+    assert np.array_equal(k.z, np.sin(6 * t)) and rms(k.v - 6 * np.cos(6 * t)) < 1e-6
+    k = kinematics(t, noisy(np.sin(6 * t), 7, 1e-3))
+    assert k.sigma_z == pytest.approx(1e-3, rel=0.15)
+    assert rms(k.v - 6 * np.cos(6 * t)) < 5e-3 * 6 and k.reversals.size == 10
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 5, 7, 8, 9, 10, 15, 23, 24, 40])
+@pytest.mark.parametrize("sigma", [None, 0.0, 1e-3])
+def test_a_straight_line_of_few_samples(n: int, sigma: float | None) -> None:
+    t = np.linspace(0, 1, n)
+    k = kinematics(t, 2 * t - 1, sigma)
+    np.testing.assert_allclose(k.v, 2, atol=1e-9)
+    np.testing.assert_allclose(k.a, 0, atol=1e-6)
+    assert k.reversals.size == 0
+
+
+def test_one_sample_is_at_rest() -> None:
+    k = kinematics([0.0], [3.0])
+    assert (k.z[0], k.v[0], k.a[0], k.z_turn[0]) == (3, 0, 0, 3)
+
+
+@pytest.mark.parametrize(
+    ("t", "z", "sigma"),
+    [
+        ([], [], None),
+        ([0, 1], [1], None),
+        ([0, 0], [1, 2], None),
+        ([1, 0], [1, 2], None),
+        ([0, 1], [1, np.nan], None),
+        ([0, 1], [1, 2], -1.0),
+        ([0, 1], [1, 2], np.inf),
+    ],
+)
+def test_wrong_input(t: list[float], z: list[float], sigma: float | None) -> None:
+    with pytest.raises(InputError) as why:
+        kinematics(t, z, sigma)
+    assert "\n" not in str(why.value)
+
+
+def compare(k: Kinematics, other: Kinematics, gain: float, shift: float, pace: float) -> None:
+    """`other` is k with z → gain z + shift, t → pace t."""
+    size = float(np.ptp(k.z))
+    np.testing.assert_allclose(other.z, gain * k.z + shift, atol=1e-6 * abs(gain) * size)
+    for name, power in (("v", 1), ("a", 2)):
+        wanted = gain * getattr(k, name) / pace**power
+        np.testing.assert_allclose(getattr(other, name), wanted, atol=1e-5 * np.abs(wanted).max())
+    np.testing.assert_array_equal(other.reversals, k.reversals)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    seed=st.integers(0, 1000),
+    std=st.sampled_from([0.0, 1e-3, 1e-2]),
+    gain=st.sampled_from([-100.0, -1.0, 0.01, 7.0]),
+    shift=st.floats(-3, 3),
+    start=st.floats(-50, 50),
+    pace=st.sampled_from([0.01, 1.0, 30.0]),
+)
+def test_units_and_origins_do_not_matter(
+    seed: int, std: float, gain: float, shift: float, start: float, pace: float
+) -> None:
+    t = np.arange(1200) * 0.01
+    z = noisy(np.sin(2 * t) + 0.3 * np.sin(5 * t + seed), seed, std)
+    compare(kinematics(t, z), kinematics(pace * t + start, gain * z + shift), gain, shift, pace)
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10_000), n=st.integers(2, 400), std=st.sampled_from([0.0, 0.01, 1.0]))
+def test_paths_are_monotonic_in_pieces(seed: int, n: int, std: float) -> None:
+    rng = np.random.default_rng(seed)
+    t = np.cumsum(rng.uniform(0.5, 1.5, n)) if seed % 2 else np.arange(n) * 1.0
+    k = kinematics(t, np.sin(0.2 * t) + std * rng.standard_normal(n))
+    for array in (k.z, k.v, k.a, k.z_turn, k.sigma_v, k.sigma_a):
+        assert array.shape == (n,) and np.isfinite(array).all()
+    low, high = np.minimum(k.z[1:], k.z[:-1]), np.maximum(k.z[1:], k.z[:-1])
+    outside = (k.z_turn[1:] < low) | (k.z_turn[1:] > high)
+    assert set(np.flatnonzero(outside) + 1) <= set(k.reversals)
+    turns = np.concatenate((k.z[:1], k.z_turn[k.reversals], k.z[-1:]))
+    if k.reversals.size > 1:
+        assert (np.sign(np.diff(turns[1:-1]))[1:] != np.sign(np.diff(turns[1:-1]))[:-1]).all()
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="no ../shared/data beside this repository")
+@pytest.mark.parametrize(
+    ("name", "turns", "speed"),
+    [
+        ("friction_damper_36lb", (14, 14), 84.0),
+        ("mr_damper_0V", (25, 40), 76.0),
+        ("silverbox", (1000, 1600), 870.0),
+    ],
+)
+def test_measured_displacements(name: str, turns: tuple[int, int], speed: float) -> None:
+    channels = (Channel("t", "s"), Channel("z", "mm")), (Channel("F", "N", measured_as=("F_m",)),)
+    signature = Signature("modified_dahl", *channels, parameters={}, axis="t")
+    r = load_case(read_case_file(SHARED / name / "case.toml"), signature).fit[0]
+    k = kinematics(r.inputs["t"], r.inputs["z"])
+    assert turns[0] <= k.reversals.size <= turns[1]
+    assert np.abs(k.v).max() == pytest.approx(speed, rel=0.05)
+    assert rms(k.z - r.inputs["z"]) <= 1.2 * k.sigma_z
+    path = np.concatenate(([0], np.cumsum((k.v[1:] + k.v[:-1]) / 2 * np.diff(r.inputs["t"]))))
+    assert rms(path - path.mean() - (k.z - k.z.mean())) < 0.01 * np.ptp(k.z)
