@@ -1,0 +1,192 @@
+"""Drawing a secret: which device, which effect, how strong for the depth at which it is to be concealed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from . import force, force_draw, gmm, gmm_draw, impedance, impedance_draw, stiffness
+from .noise import draw_levels
+from .secret import DOMAINS, KINDS, NOISES, NOISES_OF, NotDetectable, Secret, family
+from .solve import Refit, Scene, size_for, tangent
+
+Rng = np.random.Generator
+DRAWS: dict[str, ModuleType] = {"impedance": impedance_draw, "gmm": gmm_draw, "force": force_draw}
+
+# Exactly absorbed by the base parameters, so never drawn unless asked for.
+ABSORBED = {
+    "impedance": ("leakage_inductance",),
+    "gmm": ("structural_damping",),
+    "force": ("contact_damping",),
+    "stiffness": (),
+}
+PAIR_DEPTH = 40.0  # each of a pair leaves at least this d² when the other is known
+
+
+def sizes(domain: str) -> dict[str, tuple[float, float]]:
+    """effect -> (first size tried, largest plausible size) of a domain."""
+    found = stiffness.SIZES if domain == "stiffness" else DRAWS[domain].SIZES
+    return dict(found)
+
+
+def variants(domain: str) -> dict[str, str]:
+    """law -> effect that it is a law of."""
+    return dict(stiffness.VARIANTS if domain == "stiffness" else DRAWS[domain].VARIANTS)
+
+
+def scene_of(secret: Secret) -> Scene:
+    """The device and the recordings of a secret."""
+    kinds: dict[str, Any] = {
+        "impedance": impedance.ImpedanceScene,
+        "gmm": gmm.GmmScene,
+        "force": force.ForceScene,
+        "stiffness": stiffness.StiffnessScene,
+    }
+    made: Scene = kinds[secret.domain](secret.base, secret.setup, secret.levels)
+    return made
+
+
+def draw(
+    seed: int,
+    kind: str | None = None,
+    domain: str | None = None,
+    effect: str | tuple[str, ...] | None = None,
+    d2: tuple[float, float] = (30.0, 1e4),
+    noise: str = "white",
+) -> Secret:
+    """Draw a secret; what isn't given is drawn as well.
+
+    kind    "none", "single", "variant", "pair" or "novel"
+    effect  an id, a pair of ids, or with kind "variant" the law's name
+    d2      range of the whitened squared misfit ||(y_true - y_base)/σ||² that the best base model leaves over the fit
+            recordings; drawn log-uniform and met to 1 % (for each of a pair on its own)
+
+    Raises NotDetectable where the base parameters absorb the asked-for effect; ValueError for names that don't exist.
+    """
+    rng = np.random.default_rng(seed)
+    if kind is None:
+        kind = str(rng.choice(KINDS, p=[0.15, 0.45, 0.15, 0.15, 0.1])) if effect is None else _kind_of(effect)
+    places = [d for d in DOMAINS if noise in NOISES_OF[d] and (domain in (None, d)) and _can(d, kind, effect)]
+    if kind not in KINDS or noise not in NOISES or not places:
+        raise ValueError(f"no case of kind={kind!r}, domain={domain!r}, effect={effect!r}, noise={noise!r}")
+    last = NotDetectable("no draw")
+    for _ in range(8 if effect is not None else 60):
+        try:
+            return _attempt(rng, kind, str(rng.choice(places)), effect, d2, noise, seed)
+        except NotDetectable as error:
+            last = error
+    raise last
+
+
+def _kind_of(effect: str | tuple[str, ...]) -> str:
+    if not isinstance(effect, str):
+        return "pair" if len(effect) == 2 else "single"
+    if effect.startswith("novel:"):
+        return "novel"
+    return "variant" if any(effect in variants(d) for d in DOMAINS) else "single"
+
+
+def _can(domain: str, kind: str, effect: str | tuple[str, ...] | None) -> bool:
+    """Whether a domain has an effect, or any of a kind."""
+    if effect is None:
+        return True
+    names = (effect,) if isinstance(effect, str) else effect
+    return set(names) <= set(variants(domain) if kind == "variant" else sizes(domain))
+
+
+def _attempt(
+    rng: Rng,
+    kind: str,
+    domain: str,
+    effect: str | tuple[str, ...] | None,
+    d2: tuple[float, float],
+    noise: str,
+    seed: int,
+) -> Secret:
+    effects, law = _choose(rng, kind, domain, effect)
+    base = _base(rng, domain)
+    setup = (stiffness if domain == "stiffness" else DRAWS[domain]).draw_setup(rng, base, effects)
+    levels = draw_levels(rng, domain, noise)
+    plain = Secret(domain, effects, {}, base, noise, seed, law, kind, setup, levels)
+    return conceal(rng, plain, d2)
+
+
+def _base(rng: Rng, domain: str) -> dict[str, float]:
+    base: dict[str, float] = (force_draw if domain == "stiffness" else DRAWS[domain]).draw_base(rng)
+    return {k: v for k, v in base.items() if not (domain == "stiffness" and k == "F_0")}
+
+
+def _choose(
+    rng: Rng, kind: str, domain: str, effect: str | tuple[str, ...] | None
+) -> tuple[tuple[str, ...], str]:
+    """The effects of a case, and the law of one of them."""
+    laws = variants(domain)
+    if kind == "variant":
+        law = str(rng.choice(sorted(laws))) if effect is None else str(effect)
+        return (laws[law],), law
+    if effect is not None:
+        return ((effect,) if isinstance(effect, str) else tuple(effect)), ""
+    listed = [e for e in sizes(domain) if not e.startswith("novel:") and e not in ABSORBED[domain]]
+    if kind == "none":
+        return (), ""
+    if kind == "novel":
+        return (str(rng.choice([e for e in sizes(domain) if e.startswith("novel:")])),), ""
+    if kind == "single":
+        return (str(rng.choice(listed)),), ""
+    first = str(rng.choice(listed))
+    others = [e for e in listed if family(e) != family(first)]
+    return (first, str(rng.choice(others))), ""
+
+
+def conceal(rng: Rng, plain: Secret, d2: tuple[float, float]) -> Secret:
+    """Give each effect of a secret its form, and the strength at which the base model hides it to a depth in `d2`."""
+    scene = scene_of(plain)
+    former = (stiffness if plain.domain == "stiffness" else DRAWS[plain.domain]).draw_form
+    strength: dict[str, dict[str, Any]] = {}
+    depth: dict[str, float] = {}
+    fit = scene.refit(scene.simulate({}))
+    for effect in plain.effects:
+        first, limit = sizes(plain.domain)[effect]
+        if plain.variant == "log_creep":
+            limit = 0.15  # beyond, the law's compliance turns negative within the band
+        form = former(rng, effect, plain.variant, plain.base, plain.setup) | {"size": min(first, limit)}
+        target = float(np.exp(rng.uniform(*np.log(d2))))
+        form["size"], fit = size_for(scene, effect, form, target, limit)
+        strength[effect], depth[effect] = form, fit.d2
+    if len(plain.effects) > 1:
+        depth, fit = _together(scene, strength)
+    return Secret(
+        plain.domain,
+        plain.effects,
+        strength,
+        plain.base,
+        plain.noise,
+        plain.seed,
+        plain.variant,
+        plain.kind,
+        plain.setup,
+        plain.levels,
+        depth | {"all": fit.d2},
+        fit.bent,
+        fit.identifiable,
+    )
+
+
+def _together(scene: Scene, strength: Mapping[str, Mapping[str, Any]]) -> tuple[dict[str, float], Refit]:
+    """d² of each effect where the others are modelled (their size free), and the base model nearest to all."""
+    y = scene.simulate(strength)
+    depth = {}
+    for effect in strength:
+        others = [tangent(scene, strength, o) for o in strength if o != effect]
+        depth[effect] = scene.refit(y, others).d2
+        if depth[effect] < PAIR_DEPTH:
+            raise NotDetectable(f"{effect}: hidden by {', '.join(o for o in strength if o != effect)}")
+    return depth, scene.refit(y)
+
+
+def catalogue(domain: str) -> Sequence[str]:
+    """Effects that can be drawn in a domain, novel ones included."""
+    return [e for e in sizes(domain) if e not in ABSORBED[domain]]

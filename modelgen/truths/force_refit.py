@@ -1,0 +1,115 @@
+"""The modified Dahl model nearest to a force: linear in all but ρ, which is searched for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.signal import lfilter
+
+from . import friction
+from .drive import Array, Motion
+from .solve import Refit, Responses
+
+LINEAR = ("k_D", "c_D", "h_D", "F_0")
+
+
+class Columns:
+    """The regressors of F = k z + c ż + h r(ρ) + F_0 over the fit records, whitened.
+
+    A record that begins in the middle of a motion has an unknown r_0: r is affine in it, so h r_0 is linear as well.
+    """
+
+    def __init__(
+        self,
+        base: Mapping[str, float],
+        motions: Sequence[Motion],
+        levels: Mapping[str, float],
+        own_offset: bool,
+    ) -> None:
+        self.base, self.motions, self.own_offset = base, motions, own_offset
+        self.rho_ar = levels.get("rho", 0.0)
+        force = levels["F_m"] ** 2 * (1 + levels.get("step", 0.0) ** 2 / 12)
+        # displacement noise acts through the sample's stiffness; its derivative is smoothed away
+        through = ((base["k_D"] + 0.5 * base["h_D"] * base["rho"]) * levels["z"]) ** 2
+        self.sigma = float(np.sqrt(force * (1 - self.rho_ar**2) + through * (1 + self.rho_ar**2)))
+        self.paths = [self._thin(m) for m in motions]
+        self.fixed = self._fixed()
+
+    @staticmethod
+    def _thin(m: Motion) -> tuple[Array, Array]:
+        """The path at the recorded samples and at the reversals between them, and where the samples are."""
+        sampled = m.keep[m.start :: m.over]
+        turns = np.setdiff1d(np.arange(len(m.path)), m.keep)
+        index = np.union1d(sampled, turns[turns > sampled[0]])
+        return m.path[index], np.searchsorted(index, sampled)
+
+    def _white(self, parts: Sequence[Array]) -> Array:
+        ar = [1.0, -self.rho_ar]
+        return np.concatenate([lfilter(ar, [1.0], x) for x in parts]) / self.sigma
+
+    def _only(self, i: int, x: Array) -> Array:
+        return self._white([x if j == i else np.zeros(len(k)) for j, (_, k) in enumerate(self.paths)])
+
+    def _fixed(self) -> list[Array]:
+        """Columns of k_D, c_D and the offsets: one shared, or one a record."""
+        zv = [[m.recorded(x) for x in m.zva[:2]] for m in self.motions]
+        columns = [self._white([x[0] for x in zv]), self._white([x[1] for x in zv])]
+        ones = [np.ones(len(x[0])) for x in zv]
+        columns += [self._only(i, x) for i, x in enumerate(ones)] if self.own_offset else [self._white(ones)]
+        return columns
+
+    def _friction(self, rho: float) -> list[Array]:
+        """Columns of h_D and of each unknown h_D r_0."""
+        parts = [friction.dahl(x, rho)[k] for x, k in self.paths]
+        columns = [self._white(parts)]
+        for i, (m, (x, k)) in enumerate(zip(self.motions, self.paths, strict=True)):
+            if m.pre:
+                columns.append(self._only(i, np.exp(-rho * friction.travelled(x))[k]))
+        return columns
+
+    def refit(self, y: Responses, extra: Sequence[Responses]) -> Refit:
+        n = len(self.motions)
+        target = self._white(y[:n])
+        more = [self._white(dy[:n]) for dy in extra]
+
+        def solve(log_rho: float) -> tuple[float, Array, Array]:
+            X = np.column_stack([*self._friction(float(np.exp(log_rho))), *self.fixed, *more])
+            norm = np.linalg.norm(X, axis=0)
+            X /= np.where(norm, norm, 1)
+            q, *_ = np.linalg.lstsq(X.T @ X, X.T @ target, rcond=1e-15)
+            q += np.linalg.lstsq(X.T @ X, X.T @ (target - X @ q), rcond=1e-15)[0]
+            miss = target - X @ q
+            return float(miss @ miss), q / np.where(norm, norm, 1), X * norm
+
+        at = np.log(self.base["rho"])
+        best = minimize_scalar(
+            lambda x: solve(x)[0],
+            bounds=(at - 2, at + 2),
+            method="bounded",
+            options={"xatol": 1e-7, "maxiter": 60},
+        )
+        log_rho = min((at, float(best.x)), key=lambda x: solve(x)[0])
+        d2, q, X = solve(log_rho)
+        return Refit(d2, self._bent(q, log_rho), self._identifiable(q, X, log_rho))
+
+    def _places(self) -> dict[str, int]:
+        """Where the parameters are among the columns."""
+        first = 1 + sum(bool(m.pre) for m in self.motions)
+        return {"h_D": 0, "k_D": first, "c_D": first + 1} | ({} if self.own_offset else {"F_0": first + 2})
+
+    def _bent(self, q: Array, log_rho: float) -> dict[str, float]:
+        bent = {n: float(np.log(max(q[i] / self.base[n], 1e-3))) for n, i in self._places().items()}
+        return bent | {"rho": float(log_rho - np.log(self.base["rho"]))}
+
+    def _identifiable(self, q: Array, X: Array, log_rho: float) -> tuple[str, ...]:
+        """Parameters whose standard deviation, all others free, is below a fifth of their value."""
+        up, down = (self._friction(float(np.exp(log_rho + s))) for s in (1e-4, -1e-4))
+        slope = sum(qi * (a - b) / 2e-4 for qi, a, b in zip(q, up, down, strict=False))
+        J = np.column_stack([X, slope])
+        norm = np.linalg.norm(J, axis=0)
+        norm = np.where(norm, norm, 1)
+        std = np.sqrt(np.clip(np.diag(np.linalg.pinv((J / norm).T @ (J / norm))), 0, None)) / norm
+        good = [n for n, i in self._places().items() if 0 < std[i] < 0.2 * abs(q[i])]
+        return tuple(good + (["rho"] if 0 < std[-1] < 0.2 else []))

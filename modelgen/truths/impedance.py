@@ -1,0 +1,222 @@
+"""A moving-coil device recorded as electrical impedance sweeps, with or without what its five elements leave out.
+
+Base: Z = R_e + jωL_e + Bl²/(R_m + jωM_m + K_m/(jω)). What was left out is the device's own, the same in each sweep
+whatever known mass is added: its figures are relative to `Scale`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import elements as el
+from .elements import Array, Complex
+from .noise import sweep_whitener
+from .solve import Refit, Responses, Strength, refit_sweep
+
+Base = Mapping[str, float]
+Form = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The device without added loads: moving mass [kg], resonance and highest recorded frequency [rad/s]."""
+
+    mass: float
+    w0: float
+    top: float
+
+
+class ImpedanceScene:
+    """Sweeps of one moving-coil device: see `Scene`."""
+
+    def __init__(self, base: Base, setup: Mapping[str, Any], levels: Mapping[str, float]) -> None:
+        self.base, self.sweeps, self.free = base, setup["sweeps"], list(setup["free"])
+        self.f = [frequencies(s) for s in self.sweeps]
+        self.fit = [i for i, s in enumerate(self.sweeps) if s["role"] == "fit"]
+        w0 = float(np.sqrt(base["K_m"] / base["M_m"]))
+        self.scale = Scale(base["M_m"], w0, 2 * np.pi * max(f.max() for f in self.f))
+        self.whiten = sweep_whitener([self.f[i] for i in self.fit], levels)
+
+    def simulate(self, strength: Strength) -> Responses:
+        return [self._sweep(self.base, i, strength) for i in range(len(self.f))]
+
+    def refit(self, y: Responses, extra: Sequence[Responses] = ()) -> Refit:
+        def base(p: Base) -> Responses:
+            return [self._sweep(p, i, {}) for i in self.fit]
+
+        return refit_sweep(base, self.base, self.free, self.whiten, y, extra)
+
+    def _sweep(self, p: Base, i: int, strength: Strength) -> Complex:
+        known, f = self.sweeps[i]["known"], self.f[i]
+        order = np.linspace(0, 1, len(f))
+        return impedance(2 * np.pi * f, {**p, **known}, strength, self.scale, order)
+
+
+def frequencies(sweep: Mapping[str, Any]) -> Array:
+    """Recorded frequencies [Hz] in the order in which they were measured."""
+    space = np.linspace if sweep["linear"] else np.geomspace
+    f = space(sweep["lo"], sweep["hi"], sweep["n"])
+    return np.asarray(f[::-1] if sweep["down"] else f)
+
+
+def impedance(w: Array, p: Base, e: Strength, scale: Scale, order: Array) -> Complex:
+    """Z [ohm] at ω [rad/s] of the base parameters p with the effects e; `order` runs from 0 to 1 over the sweep."""
+    top = scale.top
+    Z = _winding(w, p, e, top, order) + _inductance(w, p, e, top) + p["Bl"] ** 2 / _mechanical(w, p, e, scale)
+    if s := e.get("coil_capacitance"):
+        Z = 1 / (1 / Z + capacitor(w, s, top, p["R_e"] + top * p["L_e"]))
+    if s := e.get("novel:cable_trap"):
+        Z = Z + cable_trap(w, s, top, p["R_e"])
+    if s := e.get("novel:mains_hum"):
+        Z = Z + mains_hum(w, s, p["R_e"])
+    if s := e.get("sensor_delay"):
+        Z = Z * np.exp(-1j * w / top * s["size"])
+    return Z
+
+
+def capacitor(w: Array, s: Form, top: float, z_top: float) -> Complex:
+    """Admittance of the winding's capacitance; "lossy_capacitor" has a constant loss angle and a lead resistance."""
+    y = 1j * w / top * s["size"] / z_top
+    if s["law"] == "lossy_capacitor":
+        y = y * (1 - 1j * s["tan_delta"])
+        y = y / (1 + y * s["lead"] * z_top)
+    return np.asarray(y)
+
+
+def cable_trap(w: Array, s: Form, top: float, z: float) -> Complex:
+    """A narrow parallel resonance in series with the cable."""
+    wt = top * s["at"]
+    return np.asarray(s["size"] * z / (1 + 1j * s["q"] * (w / wt - wt / w)))
+
+
+def mains_hum(w: Array, s: Form, z: float) -> Complex:
+    """What 50 Hz and its odd harmonics leave in an analyser of finite bandwidth."""
+    hum = np.zeros(len(w), complex)
+    for n in range(1, 40, 2):
+        away = (w / (2 * np.pi) - 50 * n) / s["bandwidth"]
+        hum += np.sinc(away) * np.exp(1j * (s["phase"] + n)) / n
+    return hum * s["size"] * z
+
+
+def _winding(w: Array, p: Base, e: Strength, top: float, order: Array) -> Complex:
+    ratio = np.ones(len(w), complex)
+    if s := e.get("coil_ac_resistance"):
+        x2 = 1j * w / top * s["size"]
+        wound = el.proximity(x2, s["layers"]) if s["law"] == "proximity" else el.round_wire(x2)
+        ratio = ratio * wound
+    if s := e.get("temperature_drift"):
+        heat = (1 - np.exp(-order / s["tau"])) / (1 - np.exp(-1 / s["tau"]))
+        ratio = ratio * (1 + s["size"] * heat)
+    return p["R_e"] * ratio
+
+
+def _inductance(w: Array, p: Base, e: Strength, top: float) -> Complex:
+    L = p["L_e"]
+    Z = np.asarray(1j * w * L)
+    if s := e.get("eddy_shunt"):
+        if s["law"] == "shorted_turn":
+            Z = el.shorted_turn(w, L, s["size"], top * s["at"])
+        elif s["law"] == "two_cell_ladder":
+            cells = (el.shorted_turn(w, L, 1.0, top * s["at"] * r) for r in (1, s["ratio"]))
+            Z = Z + s["size"] * sum(cells)
+        else:
+            Z = el.shorted_turn(w, L, 1.0, top / s["size"])
+    if s := e.get("semi_inductance"):
+        if s["law"] == "solid_core":
+            Z = Z + s["size"] * 1j * w * L * el.solid_core(1j * w / (top * s["at"]))
+        else:
+            Z = Z + s["size"] * top * L * el.springpot(w, s["n"], top)
+    if s := e.get("permeability_relaxation"):
+        Z = Z + s["size"] * 1j * w * L * el.cole_cole(w, 1 / (top * s["at"]), s["a"])
+    if s := e.get("leakage_inductance"):
+        Z = Z + s["size"] * 1j * w * L
+    return Z
+
+
+def _mechanical(w: Array, p: Base, e: Strength, scale: Scale) -> Complex:
+    """Mechanical impedance [N·s/m] that the coil's force acts on."""
+    R, K, M, w0 = p["R_m"], p["K_m"], scale.mass, scale.w0
+    spring, moving = viscoelastic(w, K, e, w0), mass(w, p["M_m"], e, scale)
+    Z = R * np.ones(len(w)) + spring / (1j * w) + moving
+    if s := e.get("contact_damping"):
+        Z = Z + s["size"] * R
+    if s := e.get("second_mode"):
+        Z = Z + el.resonator(w, s["size"] * M, s["at"] * w0, s["q"])
+    if s := e.get("radiation_load"):
+        load = el.sphere if s["law"] == "sphere" else el.piston
+        Z = Z + s["size"] * M * w0 * load(w, 1.0, s["at"] * w0)
+    if s := e.get("novel:cavity_comb"):
+        Z = Z + sum(
+            s["size"] * M * w0 / (1 + 1j * s["q"] * (w / wk - wk / w))
+            for wk in s["at"] * w0 * np.arange(1, 9)
+        )
+    if s := e.get("contact_compliance"):
+        coil = s["share"] * M  # the coil's own mass, before the joint
+        joint = (1 - s["share"]) * coil * w0**2 / s["size"] * (1 + 0.02j)
+        Z = 1j * w * coil + 1 / (1 / (Z - 1j * w * coil) + 1j * w / joint)
+    if "cubic_stiffness" in e or "quadratic_damping" in e:
+        Z = _at_amplitude(w, Z, p, e, w0)
+    return np.asarray(Z)
+
+
+def viscoelastic(w: Array, K: float, e: Strength, w0: float) -> Complex:
+    """Complex stiffness of a spring K with what its material adds."""
+    k = np.full(len(w), K, complex)
+    if s := e.get("structural_damping"):
+        k = k + 1j * s["size"] * K
+    if s := e.get("power_law_viscoelasticity"):
+        if s["law"] == "log_creep":  # compliance rises with the logarithm of time
+            k = k / (1 - s["size"] * np.log(1j * w / w0) / np.log(10))
+        elif s["law"] == "stretched_exponential":
+            k = k + s["size"] * K * stretched(w / w0 / s["at"], s["alpha"])
+        else:
+            k = k + s["size"] * K * el.springpot(w, s["alpha"], w0)
+    if s := e.get("maxwell_branch"):
+        x = 1j * w / (s["at"] * w0)
+        k = k + s["size"] * K * x / (1 + x)
+    return k
+
+
+def stretched(x: Array, beta: float) -> Complex:
+    """jx∫exp(-t^β) e^{-jxt} dt: modulus of a stretched-exponential relaxation, on the ray where it doesn't swing.
+
+    t = -jy turns the integral into ∫exp(-(-jy)^β - xy) dy; the branch is the one that decays for β < 1.
+    """
+    y = np.exp(np.arange(-45, 12, 0.02))
+    kernel = np.exp(-((-1j) ** beta) * y**beta) * y * 0.02
+    return np.asarray([xi * (kernel * np.exp(-xi * y)).sum() for xi in x])
+
+
+def mass(w: Array, M: float, e: Strength, scale: Scale) -> Complex:
+    """Impedance of the moving mass, part of which may be a rod that waves travel in."""
+    z = np.asarray(1j * w * M)
+    if s := e.get("distributed_rod"):
+        loss = 1 + 1j * s["eta"] if s["law"] == "lossy_rod" else 1.0
+        rod = s["share"] * scale.mass
+        z = z - 1j * w * rod + el.rod_free(w, rod * (scale.top / s["size"]) ** 2 * loss, rod)
+    if s := e.get("inertia"):
+        z = z + 1j * w * s["size"] * scale.mass
+    return z
+
+
+def _at_amplitude(w: Array, Z: Complex, p: Base, e: Strength, w0: float) -> Complex:
+    """First-harmonic impedance under constant current, the amplitude a over that at resonance found by bisection."""
+    theta = 2 * np.pi * np.arange(32) / 32
+    cubic = 2 * float(np.mean(np.cos(theta) ** 4))
+    square = 2 * float(np.mean(np.abs(np.sin(theta)) * np.sin(theta) ** 2))
+    k3 = e.get("cubic_stiffness", {"size": 0.0})["size"] * p["K_m"] * cubic
+    r2 = e.get("quadratic_damping", {"size": 0.0})["size"] * p["R_m"] * square
+
+    def at(a: Array) -> Complex:
+        return np.asarray(Z + k3 * a**2 / (1j * w) + r2 * a * w / w0)
+
+    lo, hi = np.zeros(len(w)), np.full(len(w), 1e3)
+    for _ in range(60):
+        a = 0.5 * (lo + hi)
+        over = a * w * np.abs(at(a)) > p["R_m"] * w0
+        lo, hi = np.where(over, lo, a), np.where(over, a, hi)
+    return at(0.5 * (lo + hi))

@@ -1,0 +1,121 @@
+"""What is concealed: the secret, its seal, and which names count as right."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import secrets
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+DOMAINS = ("impedance", "gmm", "force", "stiffness")
+KINDS = ("none", "single", "variant", "pair", "novel")
+NOISES = ("white", "coloured", "calibration", "displacement", "outliers", "quantised", "misstated")
+
+# Kinds of noise that a domain can have: a displacement error needs a displacement, a calibration in ln f needs an f.
+NOISES_OF = {
+    "impedance": ("white", "coloured", "calibration", "outliers", "quantised", "misstated"),
+    "gmm": ("white", "coloured", "calibration", "outliers", "quantised", "misstated"),
+    "force": ("white", "coloured", "displacement", "outliers", "quantised", "misstated"),
+    "stiffness": ("white", "coloured", "outliers", "quantised", "misstated"),
+}
+
+FAMILIES: dict[str, tuple[str, ...]] = {
+    "eddy": ("semi_inductance", "eddy_shunt", "permeability_relaxation"),
+    "viscoelastic": ("power_law_viscoelasticity", "maxwell_branch", "structural_damping"),
+    "lag": ("sensor_delay", "force_sensor_lag"),
+    "second resonance": ("second_mode", "contact_compliance"),
+    "friction shape": ("second_dahl_element", "dahl_exponent"),
+}
+
+# Which kind of place an effect acts at, in words that the name of a port may contain.
+PORTS: dict[str, tuple[str, ...]] = {
+    "electrical": (
+        "semi_inductance",
+        "eddy_shunt",
+        "coil_capacitance",
+        "coil_ac_resistance",
+        "leakage_inductance",
+        "permeability_relaxation",
+    ),
+    "channel": ("sensor_delay", "force_sensor_lag"),
+}
+
+
+class NotDetectable(ValueError):
+    """The base parameters absorb the effect, or no plausible strength of it shows as much as was asked for."""
+
+
+@dataclass(frozen=True)
+class Secret:
+    """A concealed case. Everything in it is plain data, and `write_case` needs nothing else.
+
+    domain    "impedance", "gmm", "force" or "stiffness"
+    effects   ids of the contract; () means nothing is missing; "novel:<name>" is physics in no catalogue
+    strength  effect -> its parameters; "size" is the strength (0 is no effect), the others give its form
+    base      true values of the model's parameters, in the model's units
+    noise     kind of noise, `levels` its standard deviations and other figures
+    seed      of the noise
+    variant   a law of the effect that differs from the textbook one, "" otherwise
+    setup     what was recorded and what the case states as known
+    d2        effect -> whitened squared misfit that the best base model leaves (given the other effect, for pairs);
+              "all" -> of everything that is concealed
+    bent      parameter -> ln of its value in the best base model over its true one
+    """
+
+    domain: str
+    effects: tuple[str, ...]
+    strength: Mapping[str, Mapping[str, Any]]
+    base: Mapping[str, float]
+    noise: str
+    seed: int
+    variant: str = ""
+    kind: str = "none"
+    setup: Mapping[str, Any] = field(default_factory=dict)
+    levels: Mapping[str, float] = field(default_factory=dict)
+    d2: Mapping[str, float] = field(default_factory=dict)
+    bent: Mapping[str, float] = field(default_factory=dict)
+    identifiable: tuple[str, ...] = ()
+
+    def to_json(self) -> str:
+        """The secret as canonical JSON."""
+        return json.dumps(asdict(self), sort_keys=True, separators=(",", ":"))
+
+    @classmethod
+    def from_json(cls, text: str) -> Secret:
+        """The inverse of `to_json`; what `seal` added is left out."""
+        data = json.loads(text)
+        data.pop("nonce", None)
+        for name in ("effects", "identifiable"):
+            data[name] = tuple(data[name])
+        return cls(**data)
+
+
+def seal(secret: Secret) -> tuple[str, str]:
+    """Return (text, SHA-256 of the text): print the digest before a diagnosis, reveal the text after it.
+
+    The text holds a nonce, so that nobody finds the secret by trying them all.
+    """
+    data = json.loads(secret.to_json()) | {"nonce": secrets.token_hex(16)}
+    text = json.dumps(data, sort_keys=True, separators=(",", ":"))
+    return text, hashlib.sha256(text.encode()).hexdigest()
+
+
+def unseal(text: str, digest: str) -> Secret:
+    """Check a revealed text against its digest and return the secret. Raises ValueError where they differ."""
+    if hashlib.sha256(text.encode()).hexdigest() != digest:
+        raise ValueError("the revealed secret isn't the one that was sealed")
+    return Secret.from_json(text)
+
+
+def family(effect: str) -> str:
+    """The family of an effect id; an effect that stands alone is a family of its own."""
+    if effect.startswith("novel:") or effect.startswith("unknown"):
+        return "unknown"
+    return next((name for name, members in FAMILIES.items() if effect in members), effect)
+
+
+def port(effect: str) -> str:
+    """Where an effect acts: "electrical", "channel" or "mechanical"."""
+    return next((name for name, members in PORTS.items() if effect in members), "mechanical")

@@ -1,0 +1,124 @@
+"""How well the base model can hide an effect, and the strength at which it hides it to a wanted depth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import least_squares
+
+from .secret import NotDetectable
+
+Responses = list[
+    npt.NDArray[Any]
+]  # one array a recording: complex Z (n,), force (n,), or k_s and angle (2, n)
+Strength = Mapping[str, Mapping[str, Any]]
+Whitener = Callable[[Responses, Responses], npt.NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class Refit:
+    """The base model nearest to a response.
+
+    d2            whitened squared misfit that is left
+    bent          free parameter -> ln(value / true value)
+    identifiable  free parameters whose standard deviation is below a fifth of their value
+    """
+
+    d2: float
+    bent: dict[str, float]
+    identifiable: tuple[str, ...]
+
+
+class Scene(Protocol):
+    """A device, how it is recorded, and what of it is known."""
+
+    def simulate(self, strength: Strength) -> Responses:
+        """Noise-free responses of all recordings, those for the fit first."""
+
+    def refit(self, y: Responses, extra: Sequence[Responses] = ()) -> Refit:
+        """The base model nearest to y over the fit recordings, free to add multiples of the `extra` responses."""
+
+
+def refit_sweep(
+    base: Callable[[Mapping[str, float]], Responses],
+    true: Mapping[str, float],
+    free: Sequence[str],
+    whiten: Whitener,
+    y: Responses,
+    extra: Sequence[Responses] = (),
+) -> Refit:
+    """Nonlinear least squares over the logarithms of the free parameters, from their true values."""
+    columns = [whiten(y, [a - b for a, b in zip(y, dy, strict=False)]) for dy in extra]
+    units = [float(np.linalg.norm(c)) or 1.0 for c in columns]
+
+    def residual(x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        p = dict(true)
+        p.update({n: true[n] * np.exp(np.clip(xi, -30, 30)) for n, xi in zip(free, x, strict=False)})
+        r = whiten(y, base(p))
+        for xi, c, u in zip(x[len(free) :], columns, units, strict=True):
+            r = r - xi * c / u
+        return r
+
+    x0 = np.zeros(len(free) + len(columns))
+    fit = least_squares(
+        residual, x0, method="lm", xtol=1e-12, ftol=1e-12, gtol=1e-12, max_nfev=60 * (len(x0) + 1)
+    )
+    info = np.linalg.pinv(fit.jac.T @ fit.jac)
+    std = np.sqrt(np.clip(np.diag(info), 0, None))[: len(free)]
+    known = tuple(n for n, s in zip(free, std, strict=True) if 0 < s < 0.2)
+    return Refit(float(2 * fit.cost), {n: float(v) for n, v in zip(free, fit.x, strict=False)}, known)
+
+
+def tangent(scene: Scene, strength: Strength, effect: str) -> Responses:
+    """Change of the responses with the size of one effect, by a central difference at its strength."""
+    size, step = float(strength[effect]["size"]), 0.02
+    up, down = (
+        scene.simulate({**strength, effect: {**strength[effect], "size": size * (1 + s)}})
+        for s in (step, -step)
+    )
+    return [(a - b) / (2 * step) for a, b in zip(up, down, strict=True)]
+
+
+def size_for(
+    scene: Scene, effect: str, form: Mapping[str, Any], target: float, limit: float
+) -> tuple[float, Refit]:
+    """The size of one effect at which the best base model leaves d² = target, to 1 %, and that base model.
+
+    A secant in log-log, as d² grows nearly with the square of the size, kept inside a bracket.
+    Raises NotDetectable where d² stays below the target up to `limit`.
+    """
+
+    def at(size: float) -> Refit:
+        return scene.refit(scene.simulate({effect: {**form, "size": size}}))
+
+    size = min(float(form["size"]), limit)
+    lo, hi = 0.0, np.inf
+    points: list[tuple[float, float]] = []
+    for _ in range(30):
+        fit = at(size)
+        points.append((np.log(size), np.log(max(fit.d2, 1e-30))))
+        miss = np.log(target) - points[-1][1]
+        if abs(miss) < 0.01:
+            return size, fit
+        if miss > 0 and size >= limit:
+            raise NotDetectable(
+                f"{effect}: the base model hides it to d² = {fit.d2:.3g} at its largest strength"
+            )
+        lo, hi = (size, hi) if miss > 0 else (lo, size)
+        size = min(_next(points, np.log(target), lo, hi), limit)
+    raise NotDetectable(f"{effect}: d² does not pass {target:.3g} smoothly")
+
+
+def _next(points: list[tuple[float, float]], want: float, lo: float, hi: float) -> float:
+    """The next size to try: along the last slope, or the middle of the bracket where that leaves it."""
+    (x, y), slope = points[-1], 2.0
+    if len(points) > 1 and abs(x - points[-2][0]) > 1e-9:
+        slope = float(np.clip((y - points[-2][1]) / (x - points[-2][0]), 0.7, 8.0))
+    size = float(np.exp(x + np.clip((want - y) / slope, -4, 4)))
+    if lo < size < hi:
+        return size
+    return float(np.sqrt(lo * hi)) if lo > 0 else 0.3 * hi

@@ -1,0 +1,103 @@
+"""Write a case as a stranger would: recordings and what is known, nothing of what is concealed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .draw import scene_of
+from .drive import Motion
+from .impedance import frequencies
+from .noise import disturb_impedance, disturb_real, stated
+from .secret import Secret
+
+MODELS = {
+    "impedance": "electrodynamic_transducer",
+    "gmm": "magnetostrictive_transducer",
+    "force": "modified_dahl",
+    "stiffness": "complex_stiffness",
+}
+Table = tuple[list[str], list[npt.NDArray[np.float64]]]
+
+
+def write_case(secret: Secret, folder: str | Path) -> Path:
+    """Simulate a secret, disturb the recordings, and write case.toml with rec_1.csv … into a folder.
+
+    Returns the path of case.toml. The same secret gives the same bytes.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    clean = scene_of(secret).simulate(secret.strength)
+    rng = np.random.default_rng([secret.seed, 7])
+    tables = {"force": _force, "stiffness": _stiffness}.get(secret.domain, _impedance)(secret, clean, rng)
+    for i, (header, columns) in enumerate(tables, 1):
+        rows = "\n".join(",".join(f"{x:.9g}" for x in row) for row in zip(*columns, strict=True))
+        (folder / f"rec_{i}.csv").write_text(f"{','.join(header)}\n{rows}\n", encoding="utf-8")
+    path = folder / "case.toml"
+    path.write_text(case_text(secret), encoding="utf-8")
+    return path
+
+
+def case_text(secret: Secret) -> str:
+    """The text of case.toml."""
+    setup = secret.setup
+    lines = [f'model = "{MODELS[secret.domain]}"']
+    if setup.get("per_recording"):
+        lines.append(f"per_recording = {_value(setup['per_recording'])}")
+    for name, table in (
+        ("constants", setup["constants"]),
+        ("noise", stated(secret.domain, secret.noise, secret.levels)),
+    ):
+        if table:
+            lines += ["", f"[{name}]", *(f"{k} = {_value(v)}" for k, v in table.items())]
+    for i, record in enumerate(setup.get("sweeps", setup.get("records")), 1):
+        lines += ["", "[[recording]]", f'file = "rec_{i}.csv"', f'role = "{record["role"]}"']
+        if record.get("known"):
+            lines.append(f"constants = {_inline(record['known'])}")
+    return "\n".join(lines) + "\n"
+
+
+def _inline(table: Mapping[str, Any]) -> str:
+    return "{ " + ", ".join(f"{k} = {_value(v)}" for k, v in table.items()) + " }"
+
+
+def _value(v: Any) -> str:
+    if isinstance(v, str):
+        return f'"{v}"'
+    if isinstance(v, list | tuple):
+        return "[" + ", ".join(_value(x) for x in v) + "]"
+    return repr(float(v))
+
+
+def _impedance(secret: Secret, clean: Sequence[npt.NDArray[Any]], rng: np.random.Generator) -> list[Table]:
+    f = [frequencies(s) for s in secret.setup["sweeps"]]
+    noisy = disturb_impedance(rng, f, list(clean), secret.levels)
+    header = ["f [Hz]", "Re Z [ohm]", "Im Z [ohm]"]
+    return [(header, [x, z.real, z.imag]) for x, z in zip(f, noisy, strict=True)]
+
+
+def _force(secret: Secret, clean: Sequence[npt.NDArray[Any]], rng: np.random.Generator) -> list[Table]:
+    header, levels, tables = ["t [s]", "z [mm]", "F_m [N]"], secret.levels, []
+    only_step = {"step": levels["step"]} if "step" in levels else {}
+    for record, F in zip(secret.setup["records"], clean, strict=True):
+        m = Motion(record["motion"], record["rate"], record["seconds"], record["pre"])
+        z = disturb_real(rng, m.recorded(m.zva[0]), levels["z"], only_step)
+        t = np.arange(len(F)) / record["rate"]
+        tables.append((header, [t, z, disturb_real(rng, F, levels["F_m"], levels)]))
+    return tables
+
+
+def _stiffness(secret: Secret, clean: Sequence[npt.NDArray[Any]], rng: np.random.Generator) -> list[Table]:
+    header, tables = ["f [Hz]", "k_s [N/mm]", "loss_angle [deg]"], []
+    for sweep, y in zip(secret.setup["sweeps"], clean, strict=True):
+        f = np.geomspace(sweep["lo"], sweep["hi"], sweep["n"])
+        channels = [
+            disturb_real(rng, row, secret.levels[n], secret.levels)
+            for row, n in zip(y, ("k_s", "loss_angle"), strict=True)
+        ]
+        tables.append((header, [f, *channels]))
+    return tables
