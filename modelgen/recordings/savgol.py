@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-DIRECT = 64  # kernels up to this length are applied directly, longer ones by FFT
+DIRECT = 32  # kernels up to this length are applied directly, longer ones by FFT
 
 
 @dataclass(frozen=True)

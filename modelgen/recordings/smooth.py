@@ -75,7 +75,9 @@ def _fade(good: NDArray[np.bool_], radius: int) -> Array:
 
 def _running_mean(x: Array, radius: int) -> Array:
     """Mean over the samples within the radius, fewer at the ends."""
-    total = np.concatenate(([0.0], np.cumsum(x)))
-    at = np.arange(x.size)
-    low, high = np.maximum(at - radius, 0), np.minimum(at + radius + 1, x.size)
-    return np.asarray((total[high] - total[low]) / (high - low))
+    n, radius = x.size, min(radius, x.size - 1)
+    total = np.cumsum(x)
+    total = np.concatenate((np.zeros(radius + 1), total, np.full(radius, total[-1])))
+    at = np.arange(n)
+    count = np.minimum(at + radius + 1, n) - np.maximum(at - radius, 0)
+    return np.asarray((total[2 * radius + 1 :] - total[:n]) / count)
