@@ -96,6 +96,8 @@ def _render(program: Program, stages: Stages, prefix: str, kernels: list[Kernel]
     used = set(re.findall(r"\bmg_\w+", text))
     if {"mg_eddy_factor", "mg_eddy_deficit", "mg_xcotx", "mg_xcotx_slope"} & used:
         used.add("mg_complex")
+    if any(name.startswith("mg_dahl_step") for name in used):
+        used.add("mg_dahl_step")
     model = program.model
     options = "".join(f", {k}={v}" for k, v in model.options)
     counts = ", ".join(f"{k.name} {k.operations}" for k in kernels)
@@ -315,4 +317,4 @@ def _root(stages: Stages, r: Root) -> dict[str, Any]:
     region = stages.root(r)
     unknown = c_name(r.unknown)
     names = [c_name(a) for a in r.arguments]
-    return {"name": r.name, "arguments": names, "unknown": unknown, "body": region.body, "values": region.values, "comment": r.comment}
+    return {"name": r.name, "arguments": names, "unknown": unknown, "body": region.body, "results": region.values, "comment": r.comment}

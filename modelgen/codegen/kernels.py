@@ -137,10 +137,10 @@ class Stages:
         masks = self._masks(self.program.step)
         need = graph.needed(self.staged)
         printer = self._printer(self.program.step, {})
-        setup = printer.lines([a for a in need if masks[a] == 0], self.staged)
-        setup_lines = self._parameters(printer, need, masks, free=False) + setup
+        setup = self._parameters(printer, need, masks, free=False)
+        setup += printer.lines([a for a in need if masks[a] == 0], self.staged)
         body = self._inputs(printer, need) + printer.lines([a for a in need if masks[a] == SAMPLE], self.staged)
-        return Region(tuple(setup_lines), tuple(body), tuple(printer.value(a) for a in self.staged), (), (), (), operations(graph, need))
+        return Region(tuple(setup), tuple(body), tuple(printer.value(a) for a in self.staged), (), (), (), operations(graph, need))
 
     def kernel(self, measure: str, jacobian: bool) -> Region:
         """Loop body of the values (and Jacobian) of one measure, from staged arrays."""

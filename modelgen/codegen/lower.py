@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
-import sympy as sp
 
-from modelgen.codegen.tosx import NONHOLOMORPHIC, Translator
+from modelgen.codegen.derive import Chain, Residual
+from modelgen.codegen.tosx import NONHOLOMORPHIC, Call, Translator
 from modelgen.errors import InputError
 from modelgen.language import Equation, Implicit, Model, State
 from modelgen.language.quantities import ComplexParameter
@@ -36,14 +36,15 @@ class Lowering:
         self._declare_parameters()
         self.old = {s.name: ca.SX.sym(s.name) for s in model.states}
         self.translator.env |= {**self.inputs, **({} if first else self.old)}
-        self.implicits: dict[str, Implicit] = {}
-        self._tangents: list[Any] = []
         self.sensitivities: dict[tuple[str, int], Any] = {}
         self._old_tangent = ca.SX(len(self.old), len(self.directions))
         for row, name in enumerate(self.old):
             for at in sorted((pattern or {}).get(name, ())):
                 symbol = ca.SX.sym(f"d_{name}_{at}")
                 self.sensitivities[name, at] = self._old_tangent[row, at] = symbol
+        leaves = [self._symbol(d) for d in self.directions] + ([] if first else list(self.old.values()))
+        rows = ca.vertcat(ca.SX.eye(len(self.directions)), *([] if first else [self._old_tangent]))
+        self.chain = Chain(self.translator, leaves, rows)
         self._run()
 
     def _declare_parameters(self) -> None:
@@ -94,16 +95,12 @@ class Lowering:
 
     def _implicit(self, s: Implicit) -> Any:
         t = self.translator
-        if s.name in t.complex_names or t.is_complex(s.residual):
+        if t.is_complex(s.residual):
             raise InputError(f"model '{self.model.id}': implicit equation '{s.name}' must be real")
         free = sorted({x.name for x in s.residual.free_symbols} - {s.name})
         args = tuple(t.env[n] for n in free) + tuple(t.sx(b) for b in s.bracket)
-        inner = Translator({n: ca.SX.sym(n) for n in (*free, s.name)}, set(), t.j, [], {})
-        from modelgen.codegen.tosx import Call
-
-        call = Call(f"solve_{s.name}", ca.SX.sym(s.name), args, False, ("real",) * len(args), None, s, inner.env)
+        call = Call(f"solve_{s.name}", ca.SX.sym(s.name), args, False, ("real",) * len(args), None, Residual.of(s, free, t))
         t.calls.append(call)
-        self.implicits[s.name] = s
         return call.symbol
 
     # -- integration of dx/dt ------------------------------------------------------------------------------------
@@ -142,69 +139,9 @@ class Lowering:
                 break
         return {s.name: inner.sx(s.rate) for s in rated}
 
-    # -- derivatives ---------------------------------------------------------------------------------------------
-
-    def tangent(self, exprs: list[Any], upto: int | None = None) -> Any:
+    def tangent(self, exprs: list[Any]) -> Any:
         """d(exprs)/d(directions), SX of shape (len(exprs), directions), with calls and old states chained in."""
-        if upto is None:
-            self._chain()
-            upto = len(self._tangents)
-        e = ca.vertcat(*exprs)
-        total = ca.jacobian(e, ca.vertcat(*(self._symbol(d) for d in self.directions))) if self.directions else ca.SX(len(exprs), 0)
-        if upto:
-            symbols = ca.vertcat(*(c.symbol for c in self.translator.calls[:upto]))
-            total += ca.mtimes(ca.jacobian(e, symbols), ca.vertcat(*self._tangents[:upto]))
-        if self.old and not self.first:
-            total += ca.mtimes(ca.jacobian(e, ca.vertcat(*self.old.values())), self._old_tangent)
-        return ca.sparsify(total)
-
-    def _chain(self) -> None:
-        """Tangents of all opaque calls, in order (a derivative may bring further calls; those need none)."""
-        for k in range(len(self._tangents), len(self.translator.calls)):
-            call = self.translator.calls[k]
-            da = self.tangent(list(call.args), k)
-            if call.implicit is not None:
-                row = self._implicit_tangent(call, da)
-            elif da.nnz() == 0:
-                row = ca.SX(1, len(self.directions))
-            elif call.sympy in NONHOLOMORPHIC:
-                row = self._nonholomorphic_tangent(call, da)
-            else:
-                row = ca.SX(1, len(self.directions))
-                for i in range(len(call.args)):
-                    if da[i, :].nnz():
-                        row += self.translator.derivative(call, i) * da[i, :]
-            self._tangents.append(row)
-
-    def _implicit_tangent(self, call: Any, da: Any) -> Any:
-        """Implicit function theorem: ds = −(Σ ∂g/∂a da)/(∂g/∂s)."""
-        s = call.implicit
-        names = [n for n in call.env if n != s.name]
-        g = Translator(dict(call.env), set(), self.translator.j, [], {}).sx(s.residual)
-        inner = ca.vertcat(*(call.env[n] for n in (*names, s.name)))
-        gradient = ca.substitute(ca.jacobian(g, inner), inner, ca.vertcat(*call.args[: len(names)], call.symbol))
-        return -ca.mtimes(gradient[:, : len(names)], da[: len(names), :]) / gradient[0, len(names)]
-
-    def _nonholomorphic_tangent(self, call: Any, da: Any) -> Any:
-        """d|a| = Re(ā da)/|a|, d arg a = Im(ā da)/|a|², d Re a = Re da: by real directions only."""
-        t = self.translator
-        re, im = (lambda x: t.call(sp.re, (ca.SX(x),), ("complex",)).symbol), (
-            lambda x: t.call(sp.im, (ca.SX(x),), ("complex",)).symbol
-        )
-        a, row = call.args[0], ca.SX(1, len(self.directions))
-        for d in range(len(self.directions)):
-            if not da[0, d].nnz():
-                continue
-            x = da[0, d]
-            if call.sympy is sp.re:
-                row[0, d] = re(x)
-            elif call.sympy is sp.im:
-                row[0, d] = im(x)
-            elif call.sympy is sp.Abs:
-                row[0, d] = (re(a) * re(x) + im(a) * im(x)) / call.symbol
-            else:
-                row[0, d] = (re(a) * im(x) - im(a) * re(x)) / (re(a) * re(a) + im(a) * im(a))
-        return row
+        return self.chain.tangent(exprs)
 
 
 def _has_nonholomorphic(model: Model) -> bool:

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import casadi as ca
 
+from modelgen.codegen.derive import Residual
 from modelgen.codegen.lower import Lowering, primary_outputs, sensitivity_pattern
 from modelgen.codegen.real import Graph
 from modelgen.codegen.split import Complex, Pair
 from modelgen.codegen.tosx import Call, Translator
-from modelgen.language import Equation, Model
-
-GIVES_COMPLEX = {"eddy_factor", "eddy_deficit"}
-
+from modelgen.language import Model
 
 @dataclass(frozen=True)
 class Sample:
@@ -67,13 +65,14 @@ def build_program(model: Model, wrt: Sequence[str]) -> Program:
     first = _sample(Lowering(model, wrt, first=True), pattern) if model.states else None
     outputs = primary_outputs(model)
     is_complex = tuple(step.equations[o][1] is not None for o in outputs)
-    roots = tuple(_root(c, lowering.translator) for c in lowering.translator.calls if c.implicit is not None)
+    roots = tuple(_root(c.residual) for c in lowering.translator.calls if c.residual is not None)
     return Program(model, wrt, outputs, is_complex, step, first, roots)
 
 
 def _sample(low: Lowering, pattern: dict[str, set[int]] | None) -> Sample:
     graph = Graph()
-    reader = _Reader(graph, low)
+    named = {**low.inputs, **low.parameters, **low.old, **{f"d_{n}_{d}": x for (n, d), x in low.sensitivities.items()}}
+    reader = _Reader(graph, low.translator, named, low.plain)
     outputs = primary_outputs(low.model)
     tangent = low.tangent([low.values[o] for o in outputs])
     states = [s.name for s in low.model.states]
@@ -128,31 +127,24 @@ def _label(graph: Graph, model: Model, equations: dict[str, Pair]) -> None:
 class _Reader:
     """Reads SX into a graph. Calls are made first, in order, since later expressions stand on them."""
 
-    def __init__(self, graph: Graph, low: Lowering) -> None:
+    def __init__(self, graph: Graph, translator: Translator, named: Mapping[str, Any], plain: Mapping[str, Any]) -> None:
         self.c = Complex(graph)
-        self.low = low
-        g = graph
-        self.symbols: list[Any] = [low.translator.j]
-        self.pairs: list[Pair] = [(None, g.const(1.0))]
-        named = {**low.inputs, **low.parameters, **low.old}
+        self.translator = translator
+        self.symbols: list[Any] = [translator.j]
+        self.pairs: list[Pair] = [(None, graph.const(1.0))]
         for name, symbol in named.items():
-            self._bind(symbol, (g.input(name), None))
-        for (name, d), symbol in low.sensitivities.items():
-            self._bind(symbol, (g.input(f"d_{name}_{d}"), None))
-        for name, symbol in low.plain.items():
-            self._bind(symbol, (g.input(f"{name}_re"), g.input(f"{name}_im")))
+            self._bind(symbol, (graph.input(name), None))
+        for name, symbol in plain.items():
+            self._bind(symbol, (graph.input(f"{name}_re"), graph.input(f"{name}_im")))
 
     def _bind(self, symbol: Any, pair: Pair) -> None:
         self.symbols.append(symbol)
         self.pairs.append(pair)
 
     def read(self, exprs: list[Any]) -> list[Pair]:
-        """Pairs of nodes for SX scalars; the calls that they need are made first."""
-        done = 0
-        while done < len(self.low.translator.calls):  # reading tangents may have added calls
-            call = self.low.translator.calls[done]
+        """Pairs of nodes for SX scalars."""
+        for call in self.translator.calls:
             self._bind(call.symbol, self._call(call, _execute(self, list(call.args))))
-            done += 1
         return _execute(self, exprs)
 
     def _call(self, call: Call, args: list[Pair]) -> Pair:
@@ -169,7 +161,7 @@ class _Reader:
         flat: list[int] = []
         for a, t in zip(args, call.takes, strict=True):
             flat += [c.re(a), c.im(a)] if t == "complex" else [c.re(a)]
-        node = g.call(f"mg_{name}" if call.implicit is None else name, *flat)
+        node = g.call(f"mg_{name}" if call.residual is None else name, *flat)
         return (g.unary("re", node), g.unary("im", node)) if call.complex else (node, None)
 
 
@@ -231,19 +223,10 @@ def _if_else_zero(c: Complex, condition: Pair, a: Pair) -> Pair:
     return (re, im)
 
 
-def _root(call: Call, translator: Translator) -> Root:
-    s = call.implicit
-    assert s is not None
-    inner = Translator(dict(call.env), set(), translator.j, [], {})
-    g = inner.sx(s.residual)
-    slope = ca.jacobian(g, call.env[s.name])
-    graph = Graph()
-
-    class _Inner:
-        c = Complex(graph)
-        symbols = list(call.env.values())
-        pairs = [(graph.input(n), None) for n in call.env]
-
-    residual, derivative = _execute(_Inner, [g, slope])  # type: ignore[arg-type]
-    arguments = tuple(n for n in call.env if n != s.name)
-    return Root(f"solve_{s.name}", s.name, arguments, graph, _Inner.c.re(residual), _Inner.c.re(derivative), f"{s.ref} {s.text}".strip())
+def _root(residual: Residual) -> Root:
+    s, graph = residual.statement, Graph()
+    names = (*residual.arguments, s.name)
+    reader = _Reader(graph, residual.translator, dict(zip(names, residual.symbols, strict=True)), {})
+    value, slope = reader.read([residual.value, residual.gradient[0, len(names) - 1]])
+    re = reader.c.re
+    return Root(f"solve_{s.name}", s.name, residual.arguments, graph, re(value), re(slope), f"{s.ref} {s.text}".strip())

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import sympy as sp
@@ -12,7 +11,9 @@ from sympy.core.relational import Relational
 
 from modelgen.errors import InputError
 from modelgen.language import functions as fn
-from modelgen.language.quantities import Implicit
+
+if TYPE_CHECKING:
+    from modelgen.codegen.derive import Residual
 
 PLAIN = {
     sp.exp: ca.exp, sp.sin: ca.sin, sp.cos: ca.cos, sp.tan: ca.tan, sp.sinh: ca.sinh, sp.cosh: ca.cosh,
@@ -38,8 +39,7 @@ class Call:
     complex: bool
     takes: tuple[str, ...]
     sympy: Any = None
-    implicit: Implicit | None = None
-    env: Mapping[str, Any] = field(default_factory=dict)
+    residual: Residual | None = None
 
 
 @dataclass

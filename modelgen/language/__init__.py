@@ -1,9 +1,31 @@
-"""The language in which physics is written: quantities, equations, states, ports, models. Everything is a value."""
+"""The language that physics is written in: quantities, equations, states, ports, models. All are values."""
 
-from sympy import Abs, I, Max, Min, Piecewise, arg, cos, cosh, exp, im, log, pi, re, sign, sin, sinh, sqrt, tan, tanh
+from sympy import (
+    Abs,
+    I,
+    Max,
+    Min,
+    Piecewise,
+    Rational,
+    arg,
+    asin,
+    cos,
+    cosh,
+    exp,
+    im,
+    log,
+    pi,
+    re,
+    sign,
+    sin,
+    sinh,
+    sqrt,
+    tan,
+    tanh,
+)
 
-from modelgen.language.functions import eddy_factor, gamma, powj
-from modelgen.language.model import Model, Output, Port, check_name
+from modelgen.language.functions import dahl_step, eddy_factor, gamma, powdiff, powj
+from modelgen.language.model import Model, Output, Port, check_name, check_option
 from modelgen.language.quantities import (
     ComplexParameter,
     Equation,
@@ -24,7 +46,8 @@ j = I
 
 __all__ = [
     "Abs", "ComplexParameter", "Equation", "I", "Implicit", "Input", "Max", "Min", "Model", "Output",
-    "Parameter", "Piecewise", "Port", "State", "Statement", "Symbolic", "acceleration_of", "arg", "check_name",
-    "complex_parameter", "cos", "cosh", "eddy_factor", "exp", "gamma", "im", "j", "log", "pi", "powj", "previous",
-    "rate_of", "re", "sign", "sin", "sinh", "sqrt", "tan", "tanh", "turning_point_of",
+    "Parameter", "Piecewise", "Port", "Rational", "State", "Statement", "Symbolic", "acceleration_of", "arg",
+    "asin", "check_name", "check_option", "complex_parameter", "cos", "cosh", "dahl_step", "eddy_factor",
+    "exp", "gamma", "im", "j", "log", "pi", "powdiff", "powj", "previous", "rate_of", "re", "sign", "sin",
+    "sinh", "sqrt", "tan", "tanh", "turning_point_of",
 ]  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -30,6 +30,15 @@ def check_name(name: str, what: str) -> str:
     if not isinstance(name, str) or not _NAME.fullmatch(name) or len(name) > 63:
         raise InputError(f"{what} {name!r} is not a name: letters, digits and _ only, a letter first, at most 63")
     return name
+
+
+def check_option(name: str, value: str, known: Iterable[str]) -> str:
+    """Return `value` if it is one of the `known` values of a model's option; else raise InputError."""
+    known = tuple(known)
+    if value not in known:
+        near = did_you_mean(str(value), known)
+        raise InputError(f"option {name}={value!r} is none of {', '.join(known)}{near}")
+    return value
 
 
 @dataclass(frozen=True)

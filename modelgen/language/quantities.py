@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import inf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
@@ -14,6 +14,17 @@ class Symbolic:
     """Lets a declared quantity stand in sympy expressions as its symbol."""
 
     name: str
+    unit: str
+
+    if TYPE_CHECKING:  # the operators are set below, all in the same way
+
+        def _unary(self) -> Any: ...
+        def _binary(self, other: Any) -> Any: ...
+
+        __neg__ = __abs__ = _unary
+        __add__ = __sub__ = __mul__ = __truediv__ = __pow__ = _binary
+        __radd__ = __rsub__ = __rmul__ = __rtruediv__ = __rpow__ = _binary
+        __lt__ = __le__ = __gt__ = __ge__ = _binary
 
     @property
     def symbol(self) -> sp.Symbol:
@@ -140,7 +151,7 @@ class Equation(Symbolic):
         object.__setattr__(self, "expr", sp.sympify(self.expr))
 
     @property
-    def complex(self) -> bool:  # type: ignore[override]
+    def complex(self) -> bool:
         return is_complex(self.expr)
 
 

@@ -1,4 +1,4 @@
-"""Moving-coil transducer (Thiele–Small): the port structure of the GMM paper's eq. 2–4 with a coil in a magnet's gap."""
+"""Moving-coil transducer (Thiele–Small): the GMM paper's two-port, eq. 2–4, with a coil in a magnet's gap."""
 
 from modelgen.language import Equation, Input, Model, Output, Parameter, Port, j, pi
 

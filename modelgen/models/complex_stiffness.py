@@ -1,0 +1,91 @@
+"""Stiffness and loss angle of the modified Dahl model in a steady cycle (MRE paper, eq. 4–12, Tab. 2 and 3).
+
+With z = −A_z cos θ, θ = 2πft, b = 1, the friction state runs between ∓tanh(ρ A_z) and both halves of the
+cycle are alike. Spring and dashpot are together one complex stiffness K. F_0 is left out.
+"""
+
+from typing import Any
+
+from sympy import Symbol
+
+from modelgen.language import (
+    Equation,
+    Implicit,
+    Input,
+    Min,
+    Model,
+    Output,
+    Parameter,
+    Port,
+    arg,
+    asin,
+    cos,
+    exp,
+    im,
+    j,
+    pi,
+    re,
+    sin,
+    tanh,
+)
+
+TABLE_4 = "MRE paper, Table 4, stage 4, case M0"
+ANY = float("inf")
+
+f = Input("f", "Hz", "frequency")
+
+k_D = Parameter("k_D", "N/mm", 0.3834, (0.0, ANY), "stiffness, searched from 0 to 1.2", TABLE_4)
+c_D = Parameter("c_D", "N*s/mm", 0.0912, (0.0, ANY), "damping, searched from 0 to 1.8", TABLE_4)
+h_D = Parameter("h_D", "N", 0.0353, (0.0, ANY), "Coulomb friction, searched from 0 to 0.7", TABLE_4)
+rho = Parameter("rho", "1/mm", 1.46, (1e-3, 1e3), "σ/h_D, searched from 1 to 2", TABLE_4)
+A_z = Parameter("A_z", "mm", 0.4, (1e-6, 1e6), "displacement amplitude", "MRE paper, Table 3", known=True)
+
+omega = Equation("omega", 2 * pi * f, "rad/s", text="angular frequency")
+K = Equation("K", k_D + j * omega * c_D, "N/mm", "(7)", "complex stiffness of spring and dashpot")
+K_re = Equation("K_re", re(K), "N/mm", text="its storage part")
+K_im = Equation("K_im", im(K), "N/mm", text="its loss part")
+r_m = Equation("r_m", tanh(rho * A_z), "1", "(9)", "friction state where the displacement turns")
+
+
+def force(theta: Any) -> Any:
+    """Force while the displacement grows, 0 <= θ <= π: (12) with (9) solved from −r_m."""
+    friction = h_D * (1 - (1 + r_m) * exp(-rho * A_z * (1 - cos(theta))))
+    return friction + A_z * (K_im * sin(theta) - K_re * cos(theta))
+
+
+def slope(theta: Any) -> Any:
+    """dF/dθ."""
+    friction = h_D * (1 + r_m) * rho * A_z * sin(theta) * exp(-rho * A_z * (1 - cos(theta)))
+    return friction + A_z * (K_im * cos(theta) + K_re * sin(theta))
+
+
+# K alone has its peak at π − arg K, and friction moves it towards π, where it is when nothing is lost.
+# Somewhat beyond either end dF/dθ has opposite signs, for every K with 0 <= arg K < π and every h_D >= 0.
+beyond = pi - arg(K)
+theta_pk = Implicit(
+    "theta_pk",
+    slope(Symbol("theta_pk", real=True)),
+    (9 * beyond / 10, pi + beyond / 10),
+    text="phase of the greatest force",
+)
+A_F = Equation("A_F", force(theta_pk), "N", "(4)", "force amplitude")
+k_s = Equation("k_s", A_F / A_z, "N/mm", "(4)", "equivalent stiffness")
+c_s = Equation("c_s", A_F / (omega * A_z), "N*s/mm", "(5)", "equivalent damping as printed: holds no loss")
+h_s = Equation("h_s", force(pi / 2), "N", "(6)", "half the width of the loop, at z = 0")
+energy_per_cycle = Equation(
+    "energy_per_cycle", pi * K_im * A_z**2 + 4 * h_D * (A_z - r_m / rho), "N*mm", text="area of the loop"
+)
+# h_s can exceed A_F by rounding alone, where nothing but loss is left
+loss_angle = Equation("loss_angle", asin(Min(h_s / A_F, 1)) * 180 / pi, "deg", text="asin(h_s/A_F)")
+
+complex_stiffness = Model(
+    "complex_stiffness",
+    inputs=(f,),
+    parameters=(k_D, c_D, h_D, rho, A_z),
+    statements=(omega, K, K_re, K_im, r_m, theta_pk, A_F, k_s, c_s, h_s, energy_per_cycle, loss_angle),
+    outputs=(Output("k_s"), Output("loss_angle")),
+    ports=(Port("mechanical", "stiffness", "K", (("omega", omega.symbol), ("amplitude", A_z.symbol))),),
+    source="MRE paper, eq. 4–12, Table 3",
+    text="stiffness and loss angle of the modified Dahl model in a steady cycle",
+    checked=True,
+)
