@@ -7,16 +7,22 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any
 
-from modelgen.language import Model, Parameter, Port
+import numpy as np
+from numpy.typing import ArrayLike
+
+from modelgen.language import Model, Parameter, Port, j
+
+Values = Mapping[str, Parameter]
+Apply = Callable[[Model, Port, Values], Model]
 
 
 @dataclass(frozen=True)
 class Strength:
     """The parameter that says how much of the effect there is; at `null` the old model is back exactly.
 
-    `unit` may hold {port} and the names of the port's variables in braces, e.g. "{port}/{z}**3".
-    `of` scales the search: the strength at which the effect is of the size of the port's own quantity is near
-    1 × the typical value of the named data scale expression, see `diagnose.scales`; "" leaves it to the data.
+    `unit` may hold {port}, the names of the port's variables in braces, e.g. "{port}/{z}**3", and at mechanical ports
+    in the frequency domain {impedance} and {stiffness} (force over velocity and over displacement in the port's units).
+    `scale`, `low`, `high`, `points` as in `Shape`: where effects that are screened at a finite strength are tried.
     """
 
     name: str
@@ -24,6 +30,11 @@ class Strength:
     null: float = 0.0
     bounds: tuple[float, float] = (0.0, inf)
     text: str = ""
+    scale: str = ""
+    low: float = 0.1
+    high: float = 10.0
+    points: int = 4
+    log: bool = True
 
 
 @dataclass(frozen=True)
@@ -31,8 +42,10 @@ class Shape:
     """A parameter that says of which shape the effect is; it means nothing while the strength is null.
 
     It is searched from `low` × the smallest to `high` × the largest value of `scale` in the recordings. Scales:
-    "omega" (angular frequency), "time" (1/omega up to the length of the record), "displacement" (deviation from mid-stroke),
-    "speed", "1" (plain numbers: low and high as they are), "position" (the recorded range of the displacement).
+    "omega" (angular frequency), "time" (1/omega up to the length of the record), "duration" (length of each record),
+    "displacement" (half the stroke of each record), "speed" (the greatest of each record), "position" (the recorded
+    range of the displacement), "port" (modulus of the port's quantity, by the base fit), "1" (plain numbers: low and
+    high as they are), or an expression in these such as "port/max(omega)**2".
     `points` values are tried first, evenly in the logarithm unless `log` is False.
     """
 
@@ -46,12 +59,32 @@ class Shape:
     text: str = ""
 
 
+def search_range(q: Strength | Shape, scales: Mapping[str, ArrayLike]) -> tuple[float, float]:
+    """From where to where `q` is searched; `scales` maps the names that `Shape` lists to values in the recordings.
+
+    Raises KeyError when a scale is missing.
+    """
+    if q.scale == "1":
+        return q.low, q.high
+    known = {n: np.asarray(x, dtype=float) for n, x in scales.items()}
+    code = compile(q.scale, q.name, "eval")
+    tools: dict[str, Any] = {"__builtins__": {}, "max": np.max, "min": np.min}
+    missing = set(code.co_names) - set(known) - set(tools)
+    if missing:
+        raise KeyError(f"no scale {', '.join(sorted(missing))} for '{q.name}'")
+    values = eval(code, tools, known)
+    return q.low * float(np.min(values)), q.high * float(np.max(values))
+
+
 @dataclass(frozen=True)
 class Effect:
     """One piece of physics that a model may have left out.
 
     `apply(model, port, p)` returns the model with the effect at `port`; `p` maps the short names of `strengths` and
-    `shapes` to the declared parameters (their full names carry the effect's id, so that effects compose).
+    `shapes` to the declared parameters (their full names carry the effect's id, so that effects compose), which the
+    model has by then. `kinds` are in order of preference: a model with ports of several gets the effect at the first.
+    `needs` names the port variables that the effect uses; a port without them is none for it. Several effects may
+    share one id: laws of the same physics, none of which is a special case of another in disguise.
     `secant` marks effects whose derivative by the strength vanishes at null: they are screened at a finite strength.
     `family` is what one kind of recording can often not tell apart; `common` > 1 says that practitioners meet it often.
     """
@@ -61,19 +94,24 @@ class Effect:
     says: str
     source: str
     strengths: tuple[Strength, ...]
-    apply: Callable[[Model, Port, Mapping[str, Parameter]], Model]
+    apply: Apply
     shapes: tuple[Shape, ...] = ()
+    needs: tuple[str, ...] = ()
     family: str = ""
     secant: bool = False
     common: float = 1.0
 
     def fits(self, model: Model) -> tuple[Port, ...]:
-        """The ports of `model` that this effect can be added to (the first of a kind and name only)."""
-        return tuple(p for p in model.ports if p.kind in self.kinds)
+        """The ports of `model` that this effect can be added to: those of the first of its kinds that there is."""
+        for kind in self.kinds:
+            there = tuple(p for p in model.ports if p.kind == kind and set(self.needs) <= {n for n, _ in p.variables})
+            if there:
+                return there
+        return ()
 
     def parameters(self, model: Model, port: Port) -> dict[str, Parameter]:
         """The effect's parameters as declared in a model: short name → Parameter with unit, bounds and source."""
-        units = {"port": model[port.equation].unit, **{k: _unit_of(model, v) for k, v in port.variables}}
+        units = {k: unit_of(model, v) for k, v in port.variables} | _port_units(port, model[port.equation].unit)
         declared: dict[str, Parameter] = {}
         for q in (*self.strengths, *self.shapes):
             unit = q.unit.format(**{k: f"({u})" for k, u in units.items()})
@@ -89,12 +127,43 @@ class Effect:
     def extend(self, model: Model, port: Port) -> Model:
         """`model` with this effect at `port`. The effect's parameters are named `<id>_<short name>`."""
         p = self.parameters(model, port)
-        new = self.apply(model, port, p)
-        missing = [q for q in p.values() if q.name not in {x.name for x in new.scalar_parameters}]
-        return new.with_parameters(*missing) if missing else new
+        return self.apply(model.with_parameters(*p.values()), port, p)
 
 
-def _unit_of(model: Model, variable: Any) -> str:
+def change(how: Callable[[Any, Port, Values], Any]) -> Apply:
+    """An `apply` which turns the port's quantity x into how(x, port, p)."""
+    return lambda model, port, p: model.extend(port.equation, lambda x: how(x, port, p))
+
+
+def add(what: Callable[[Port, Values], Any]) -> Apply:
+    """An `apply` which adds what(port, p) to the port's quantity."""
+    return change(lambda x, port, p: x + what(port, p))
+
+
+def add_impedance(what: Callable[[Port, Values], Any]) -> Apply:
+    """Add a mechanical impedance, force over velocity, at a port of kind mechanical_impedance or stiffness."""
+    return add(lambda at, p: what(at, p) * (j * at["omega"] if at.kind == "stiffness" else 1))
+
+
+def add_stiffness(what: Callable[[Port, Values], Any]) -> Apply:
+    """Add a complex stiffness, force over displacement, at a port of kind stiffness or mechanical_impedance."""
+    return add(lambda at, p: what(at, p) / (1 if at.kind == "stiffness" else j * at["omega"]))
+
+
+def unit_omega(model: Model) -> Model:
+    """`model` with the constant `unit_omega` = 1 rad/s, by which powers of frequency are made numbers."""
+    return model.with_parameters(UNIT_OMEGA)
+
+
+UNIT_OMEGA = Parameter("unit_omega", "rad/s", 1.0, (0.5, 2.0), "the unit 1 rad/s", "SI", known=True)
+
+
+def _port_units(port: Port, unit: str) -> dict[str, str]:
+    stiff = port.kind == "stiffness"
+    return {"port": unit, "stiffness": unit if stiff else f"{unit}/s", "impedance": f"{unit}*s" if stiff else unit}
+
+
+def unit_of(model: Model, variable: Any) -> str:
     """The unit of a port variable, which is an input, a parameter or an equation of the model."""
     name = getattr(variable, "name", str(variable))
     for q in (*model.inputs, *model.scalar_parameters, *model.statements):
@@ -103,8 +172,18 @@ def _unit_of(model: Model, variable: Any) -> str:
     return "1"
 
 
-def _tidy(unit: str) -> str:
-    """A unit as people write it: "(N)/(mm)**3" → "N/mm³"."""
-    from modelgen.units import tidy
+NAMED = ("1", "kg", "H", "F", "ohm", "1/ohm", "N/m", "m/N", "N", "s")
 
+
+def _tidy(unit: str) -> str:
+    """A unit as people write it: "(N)/(mm)**3" → "N/mm³", "(N·s/m)*s" → "kg"."""
+    from modelgen.errors import InputError
+    from modelgen.units import factor, tidy
+
+    for name in NAMED:
+        try:
+            if abs(factor(unit, name) - 1) < 1e-12:
+                return name
+        except InputError:
+            continue
     return tidy(unit)

@@ -1,0 +1,78 @@
+"""Damping in the time domain: dashpots that aren't linear, and the linear one."""
+
+from math import pi
+
+from modelgen.effects.effect import Effect, Shape, Strength, Values, add
+from modelgen.language import Abs, Model, Parameter, Port, j, sign
+
+ANY = (-float("inf"), float("inf"))
+DRAG = "drag with the square of speed, as of a turbulent fluid through an orifice"
+TEXTBOOK = "L. S. Jacobsen, Trans. ASME 52 (1930) 169"
+
+viscous_force = Effect(
+    "contact_damping",
+    ("force",),
+    "contacting surfaces lose energy in proportion to their speed: a dashpot",
+    "GMM paper, eq. 9 and A1–A12",
+    (Strength("R", "{port}/({v})", text="damping coefficient"),),
+    add(lambda at, p: p["R"] * at["v"]),
+    needs=("v",),
+)
+
+quadratic_damping = Effect(
+    "quadratic_damping",
+    ("force",),
+    DRAG,
+    TEXTBOOK,
+    (Strength("c_2", "{port}/({v})**2", text="drag over speed squared"),),
+    add(lambda at, p: p["c_2"] * at["v"] * Abs(at["v"])),
+    needs=("v",),
+)
+
+quadratic_in_a_cycle = Effect(
+    "quadratic_damping",
+    ("stiffness",),
+    DRAG,
+    TEXTBOOK + ": loss of the fundamental, 8/(3π) c_2 ω²A",
+    (Strength("c_2", "{port}*s**2/{amplitude}", text="drag over speed squared"),),
+    add(lambda at, p: j * (8 / (3 * pi)) * p["c_2"] * at["omega"] ** 2 * at["amplitude"]),
+    needs=("omega", "amplitude"),
+)
+
+asymmetric_damping = Effect(
+    "asymmetric_damping",
+    ("force",),
+    "the dashpot is harder in one direction than in the other, as a damper with valves",
+    "J. C. Dixon, The Shock Absorber Handbook (2007), ch. 5",
+    (Strength("c_a", "{port}/({v})", bounds=ANY, text="half the difference of the two damping coefficients"),),
+    add(lambda at, p: p["c_a"] * Abs(at["v"])),
+    needs=("v",),
+)
+
+
+def _power_law_damping(model: Model, port: Port, p: Values) -> Model:
+    unit = Parameter("unit_speed", _unit(model, port), 1.0, (0.5, 2.0), "the unit of speed", known=True)
+    v = port["v"]
+    return model.with_parameters(unit).extend(
+        port.equation, lambda F: F + p["c_n"] * sign(v) * (Abs(v) / unit + 1e-12) ** p["n"]
+    )
+
+
+def _unit(model: Model, port: Port) -> str:
+    from modelgen.effects.effect import unit_of
+
+    return unit_of(model, port["v"])
+
+
+power_law_damping = Effect(
+    "power_law_damping",
+    ("force",),
+    "the dashpot shear-thins: its force grows with a power of speed below one",
+    "N. Makris, M. C. Constantinou, J. Struct. Eng. 117 (1991) 2708; J. C. Dixon, The Shock Absorber Handbook (2007)",
+    (Strength("c_n", "{port}", text="force at unit speed"),),
+    _power_law_damping,
+    (Shape("n", "1", "1", 0.1, 0.9, 4, log=False, text="exponent; 1 for a linear dashpot, 0 for dry friction"),),
+    needs=("v",),
+)
+
+EFFECTS = (viscous_force, quadratic_damping, quadratic_in_a_cycle, asymmetric_damping, power_law_damping)

@@ -1,0 +1,62 @@
+"""Currents and delays in the core: solid iron, shorted turns, magnetic after-effect."""
+
+from collections.abc import Mapping
+
+from modelgen.effects.effect import Effect, Shape, Strength, change, unit_omega
+from modelgen.language import Model, Parameter, Port, j, powj
+
+
+def _semi_inductance(model: Model, port: Port, p: Mapping[str, Parameter]) -> Model:
+    model = unit_omega(model)
+    w = port["omega"] / model.parameter("unit_omega")
+    return model.extend(port.equation, lambda Z: Z + p["K"] * powj(w, p["n"]))
+
+
+semi_inductance = Effect(
+    "semi_inductance",
+    ("electrical_impedance",),
+    "eddy currents in solid iron let flux in only through a skin: an impedance K(jω)^n, with n near one half",
+    "J. Vanderkooy, JAES 37 (1989) 119; J. R. Wright, JAES 38 (1990) 749",
+    (Strength("K", "{port}", text="modulus at ω = 1 rad/s"),),
+    _semi_inductance,
+    (Shape("n", "1", "1", 0.3, 0.95, 6, log=False, text="exponent; 1/2 for an ideal half-space of iron"),),
+    needs=("omega",),
+    common=2.0,
+)
+
+shunted_inductance = Effect(
+    "eddy_shunt",
+    ("inductance",),
+    "eddy currents act as a resistance that shunts the whole inductance, R‖L",
+    "E. C. Snelling, Soft Ferrites (1988), ch. 2",
+    (Strength("G", "s/{port}", text="1/R of the resistance that shunts the inductance"),),
+    change(lambda L, at, p: L / (1 + j * at["omega"] * p["G"] * L)),
+    needs=("omega",),
+)
+
+shorted_turn = Effect(
+    "eddy_shunt",
+    ("electrical_impedance",),
+    "a shorted turn, or the pole piece acting as one, shunts a part L_2 of the inductance by a resistance ω_2 L_2",
+    "LR-2 model: M. Dodd, W. Klippel, J. Oclee-Brown, AES Convention 117 (2004) 6261",
+    (Strength("L_2", "{port}*s", text="inductance that is shunted"),),
+    change(lambda Z, at, p: Z + j * at["omega"] * p["L_2"] / (1 + j * at["omega"] / p["omega_2"])),
+    (Shape("omega_2", "rad/s", "omega", 0.3, 3.0, text="R_2/L_2, above which the resistance is left"),),
+    needs=("omega",),
+)
+
+permeability_relaxation = Effect(
+    "permeability_relaxation",
+    ("inductance",),
+    "magnetic after-effect: a part of the permeability follows the field late, with times spread around τ (Cole–Cole)",
+    "K. S. Cole, R. H. Cole, J. Chem. Phys. 9 (1941) 341; S. Chikazumi, Physics of Ferromagnetism (1997), ch. 20",
+    (Strength("s", "1", text="relaxing permeability over the rest"),),
+    change(lambda L, at, p: L * (1 + p["s"] / (1 + powj(at["omega"] * p["tau"], p["a"])))),
+    (
+        Shape("tau", "s", "time", 0.3, 3.0, text="relaxation time"),
+        Shape("a", "1", "1", 0.2, 0.95, 3, log=False, text="1 for one time, less the wider the times spread"),
+    ),
+    needs=("omega",),
+)
+
+EFFECTS = (semi_inductance, shunted_inductance, shorted_turn, permeability_relaxation)

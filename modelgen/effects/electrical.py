@@ -1,0 +1,59 @@
+"""Coils as they are: wires with resistance, stray flux, capacitance between turns, imperfect insulation."""
+
+from modelgen.effects.effect import Effect, Shape, Strength, add, change
+from modelgen.language import eddy_factor, j
+
+lead_resistance = Effect(
+    "lead_resistance",
+    ("electrical_impedance",),
+    "leads and contacts add a constant resistance in series with the coil",
+    "four-wire against two-wire measurement, e.g. Keysight Impedance Measurement Handbook, ch. 3",
+    (Strength("R", "{port}", text="series resistance of leads and contacts"),),
+    add(lambda at, p: p["R"]),
+    needs=("omega",),
+)
+
+leakage_inductance = Effect(
+    "leakage_inductance",
+    ("electrical_impedance",),
+    "flux that misses the core stores energy: an inductance in series with the coil",
+    "E. C. Snelling, Soft Ferrites (1988), ch. 11",
+    (Strength("L", "{port}*s", text="leakage inductance"),),
+    add(lambda at, p: j * at["omega"] * p["L"]),
+    needs=("omega",),
+)
+
+coil_ac_resistance = Effect(
+    "coil_ac_resistance",
+    ("electrical_impedance",),
+    "skin and proximity effect crowd the current in the wire: its resistance grows with the square of frequency, "
+    "above omega_s with the root",
+    "H. B. Dwight, Electrical Coils and Conductors (1945), ch. 16: round wire, R x J0(x)/(2 J1(x))",
+    (Strength("R", "{port}", text="dc resistance of the wire that takes part, more where turns lie in others' field"),),
+    # 1/χ of the same function that describes flux in a rod is the internal impedance of a round wire over its R
+    add(lambda at, p: p["R"] * (1 / eddy_factor(at["omega"] / p["omega_s"]) - 1)),
+    (Shape("omega_s", "rad/s", "omega", 0.3, 1.0, 8, text="1/(μσa²): frequency at which the skin is as deep as the wire's radius a"),),
+    needs=("omega",),
+)
+
+coil_capacitance = Effect(
+    "coil_capacitance",
+    ("terminals",),
+    "capacitance between turns and in the cable lies across the terminals: the coil resonates with it and shorts above",
+    "G. Grandi, M. K. Kazimierczuk, A. Massarini, U. Reggiani, IEEE Trans. Ind. Appl. 35 (1999) 1162",
+    (Strength("C", "s/{port}", text="capacitance across the terminals"),),
+    change(lambda Z, at, p: Z / (1 + j * at["omega"] * p["C"] * Z)),
+    needs=("omega",),
+)
+
+shunt_resistance = Effect(
+    "shunt_resistance",
+    ("terminals",),
+    "a leak or a resistor lies across the terminals",
+    "e.g. Keysight Impedance Measurement Handbook, ch. 3",
+    (Strength("G", "1/{port}", text="conductance across the terminals"),),
+    change(lambda Z, at, p: Z / (1 + p["G"] * Z)),
+    needs=("omega",),
+)
+
+EFFECTS = (lead_resistance, leakage_inductance, coil_ac_resistance, coil_capacitance, shunt_resistance)

@@ -1,0 +1,66 @@
+"""Friction: slip laws other than Dahl's, and friction levels that change with speed."""
+
+from typing import Any
+
+from sympy import Symbol
+
+from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change
+from modelgen.language import Abs, Equation, Model, Port, State, exp, sign, sqrt
+
+DAHL = "P. R. Dahl, Aerospace Corp. TOR-0158(3107-18)-1 (1968); MRE paper, eq. 8–9"
+
+
+def _second_dahl(model: Model, port: Port, p: Values) -> Model:
+    def stroke(r: Any, dz: Any) -> Any:
+        """The friction state after a monotonic displacement dz, exact for b = 1."""
+        return sign(dz) + (r - sign(dz)) * exp(-Abs(dz) / p["z_2"])
+
+    name = "second_dahl_element_r"
+    turn = Equation(f"{name}_turn", stroke(Symbol(name, real=True), port["z_turn"] - port["z_prev"]))
+    r = State(name, 0, stroke(turn.symbol, port["z"] - port["z_turn"]), text="friction state of the second element")
+    return model.extend(port.equation, lambda F: F + p["h_2"] * r, statements=(turn, r))
+
+
+second_dahl_element = Effect(
+    "second_dahl_element",
+    ("force",),
+    "a second kind of contact slips with a stiffness of its own, beside the first",
+    DAHL + "; W. D. Iwan, J. Appl. Mech. 33 (1966) 893",
+    (Strength("h_2", "{port}", text="friction force of the second element"),),
+    _second_dahl,
+    (Shape("z_2", "{z}", "displacement", 0.01, 1.0, 8, text="slip length 1/ρ of the second element"),),
+    needs=("z", "z_prev", "z_turn"),
+)
+
+dahl_exponent = Effect(
+    "dahl_exponent",
+    ("dahl",),
+    "the friction's way into slip has another shape than an exponential: dr/dz = ρ(1 − r sgn v)^b with b ≠ 1",
+    DAHL,
+    (Strength("b", "1", 1.0, (0.2, 5.0), text="exponent over that of the model"),),
+    change(lambda b, at, p: b * p["b"]),
+)
+
+stribeck_friction = Effect(
+    "stribeck_friction",
+    ("friction",),
+    "friction falls with speed, as a film of lubricant or of wear builds up",
+    "R. Stribeck, Z. VDI 46 (1902) 1341; B. Armstrong-Hélouvry et al., Automatica 30 (1994) 1083",
+    (Strength("beta", "1", text="rise of the friction at rest over that at speed"),),
+    change(lambda h, at, p: h * (1 + p["beta"] * exp(-Abs(at["v"]) / p["v_s"]))),
+    (Shape("v_s", "{v}", "speed", 0.02, 1.0, 8, text="Stribeck velocity"),),
+    needs=("v",),
+)
+
+coulomb_friction = Effect(
+    "coulomb_friction",
+    ("force",),
+    "dry friction: a force against the motion that does not depend on speed",
+    "C. A. Coulomb, Théorie des machines simples (1785)",
+    (Strength("F_c", "{port}", text="friction force"),),
+    add(lambda at, p: p["F_c"] * at["v"] / sqrt(at["v"] ** 2 + p["v_0"] ** 2)),
+    (Shape("v_0", "{v}", "speed", 0.001, 0.1, 4, text="speed below which friction is not yet developed"),),
+    needs=("v",),
+)
+
+EFFECTS = (second_dahl_element, dahl_exponent, stribeck_friction, coulomb_friction)

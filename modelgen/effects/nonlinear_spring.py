@@ -1,0 +1,80 @@
+"""Springs whose force isn't proportional to displacement: hardening, one-sided, magnets."""
+
+from collections.abc import Callable
+from typing import Any
+
+from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change
+from modelgen.language import Max, Port, sign
+
+TEXTBOOK = "A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 1.2 and 4.1"
+ANY = (-float("inf"), float("inf"))
+HARDENS = "the spring hardens (or softens) with the displacement squared, alike in both directions"
+
+cubic_stiffness = Effect(
+    "cubic_stiffness",
+    ("force",),
+    HARDENS,
+    TEXTBOOK,
+    (Strength("k_3", "{port}/{z}**3", bounds=ANY, text="positive for a hardening spring"),),
+    add(lambda at, p: p["k_3"] * at["z"] ** 3),
+    needs=("z",),
+    common=2.0,
+)
+
+cubic_in_a_cycle = Effect(
+    "cubic_stiffness",
+    ("stiffness",),
+    HARDENS,
+    TEXTBOOK + ": stiffness of the fundamental, 3/4 k_3 A²",
+    (Strength("k_3", "{port}/{amplitude}**2", bounds=ANY, text="positive for a hardening spring"),),
+    add(lambda at, p: 0.75 * p["k_3"] * at["amplitude"] ** 2),
+    needs=("amplitude",),
+)
+
+asymmetric_stiffness = Effect(
+    "asymmetric_stiffness",
+    ("force",),
+    "the spring is stiffer in one direction than in the other: an even force, k_2 z²",
+    TEXTBOOK,
+    (Strength("k_2", "{port}/{z}**2", bounds=ANY, text="positive where the spring is stiffer at positive z"),),
+    add(lambda at, p: p["k_2"] * at["z"] ** 2),
+    needs=("z",),
+)
+
+bilinear_stiffness = Effect(
+    "asymmetric_stiffness",
+    ("spring",),
+    "the spring has one stiffness in tension and another one in compression",
+    "S. W. Shaw, P. J. Holmes, J. Sound Vib. 90 (1983) 129",
+    (Strength("beta", "1", bounds=(-1.0, 1.0), text="difference of the two stiffnesses over their sum"),),
+    change(lambda k, at, p: k * (1 + p["beta"] * sign(at["z"]))),
+    needs=("z",),
+)
+
+CLEARANCE = 0.02
+"""The smallest gap over the resting gap: the pull stays finite when a search puts the magnet inside the stroke."""
+
+
+def _pull(side: int) -> Callable[[Port, Values], Any]:
+    """Force that holds the moving side against a magnet's pull, less that at z = 0."""
+    end = "upper" if side > 0 else "lower"
+    return lambda at, p: -side * p[f"P_{end}"] * (1 / Max(1 - side * at["z"] / p[f"g_{end}"], CLEARANCE) ** 2 - 1)
+
+
+def _magnet(side: int) -> Effect:
+    end, where = ("upper", "positive") if side > 0 else ("lower", "negative")
+    return Effect(
+        "magnetic_pull",
+        ("force",),
+        f"a magnet at {where} z pulls with one over the gap squared",
+        "J. C. Maxwell's stress B²/(2μ_0): e.g. H. H. Woodson, J. R. Melcher, Electromechanical Dynamics (1968), ch. 3",
+        (Strength(f"P_{end}", "{port}", text="pull at z = 0"),),
+        add(_pull(side)),
+        (Shape(f"g_{end}", "{z}", "displacement", 1.05, 10.0, 8, text="gap at z = 0"),),
+        needs=("z",),
+    )
+
+
+EFFECTS = (
+    cubic_stiffness, cubic_in_a_cycle, asymmetric_stiffness, bilinear_stiffness, _magnet(1), _magnet(-1),
+)  # fmt: skip

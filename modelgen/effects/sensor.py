@@ -1,0 +1,105 @@
+"""The measuring chain: channels that are late."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from sympy import Symbol
+
+from modelgen.effects.effect import Apply, Effect, Strength, Values, change
+from modelgen.language import Max, Model, Port, State, cos, exp, j, sin, sqrt
+
+ANY = (-float("inf"), float("inf"))
+LATE = "one channel is recorded later than the other"
+LAG = "the force channel has a low-pass filter"
+FILTER = "first-order filter, e.g. A. V. Oppenheim, A. S. Willsky, Signals and Systems (1997), sec. 6.5"
+
+delay_of_response = Effect(
+    "sensor_delay",
+    ("sensor", "terminals"),
+    LATE,
+    "Fourier's shift theorem",
+    (Strength("tau", "s", bounds=ANY, text="delay"),),
+    change(lambda Z, at, p: Z * exp(-j * at["omega"] * p["tau"])),
+    needs=("omega",),
+)
+
+lag_of_response = Effect(
+    "force_sensor_lag",
+    ("sensor",),
+    LAG,
+    FILTER,
+    (Strength("tau", "s", text="time constant"),),
+    change(lambda K, at, p: K / (1 + j * at["omega"] * p["tau"])),
+    needs=("omega",),
+)
+
+# In time, the recorded force is F − y, with y the rate of F, filtered, times τ. F runs linearly between samples, each step of
+# y is exact: for τ far below the sampling interval F − τ ΔF/Δt is left, and at τ = 0 F itself.
+
+GONE = 40.0
+"""Transients that are shorter than 1/GONE of a sampling interval have gone by the next sample: e^(−40) < 1e-17."""
+
+Filter = Callable[[str, Any, Any], tuple[State, ...]]
+
+
+def _late(id: str, states: Filter) -> Apply:
+    """F − y, where `states` (id, τ dF/dt, Δt/τ) gives the states that make up y, the first being y itself."""
+
+    def apply(model: Model, port: Port, p: Values) -> Model:
+        tau, dt, unit = p["tau"], port["t"] - port["t_prev"], model[port.equation].unit
+        last, begun = Symbol(f"{id}_last", real=True), Symbol(f"{id}_begun", real=True)
+
+        def memory(F: Any) -> tuple[State, ...]:
+            rise = begun * (F - last) / dt * tau
+            return (
+                *(replace(s, unit=unit) for s in states(id, rise, dt / Max(tau, dt / GONE))),
+                State(last.name, 0, F, unit=unit, text="force at the sample before"),
+                State(begun.name, 0, 1, text="0 until there is one before"),
+            )
+
+        return model.extend(port.equation, lambda F: F - Symbol(f"{id}_y", real=True), statements=memory)
+
+    return apply
+
+
+def _low_pass(id: str, rise: Any, x: Any) -> tuple[State, ...]:
+    """τ y' + y = τ F'."""
+    y = Symbol(f"{id}_y", real=True)
+    return (State(y.name, 0, rise + (y - rise) * exp(-x), text="what the filter keeps back"),)
+
+
+def _all_pass(id: str, rise: Any, x: Any) -> tuple[State, ...]:
+    """τ² y''/12 + τ y'/2 + y = τ F': F − y is F by Padé's (2, 2) approximation of e^(−jωτ), right to (ωτ)⁵/720."""
+    y, y_rate, old = (Symbol(f"{id}_{n}", real=True) for n in ("y", "rate", "old"))
+    fading = exp(-3 * x)
+    c, s = fading * cos(sqrt(3) * x), fading * sin(sqrt(3) * x) / sqrt(3)
+    return (
+        State(y.name, 0, rise + (c + 3 * s) * (y - rise) + s * y_rate, text="force less what is shown late"),
+        State(y_rate.name, 0, -12 * s * (old - rise) + (c - 3 * s) * y_rate, text="τ times its rate"),
+        State(old.name, 0, y, text="its value, for the next sample"),
+    )
+
+
+sensor_delay = Effect(
+    "sensor_delay",
+    ("sensor",),
+    LATE,
+    "H. Padé, Ann. Sci. ENS 9 (1892); G. H. Golub, C. F. Van Loan, Matrix Computations, sec. 9.3",
+    (Strength("tau", "s", text="delay of the force"),),
+    _late("sensor_delay", _all_pass),
+    needs=("t", "t_prev"),
+    common=2.0,
+)
+
+force_sensor_lag = Effect(
+    "force_sensor_lag",
+    ("sensor",),
+    LAG,
+    FILTER,
+    (Strength("tau", "s", text="time constant"),),
+    _late("force_sensor_lag", _low_pass),
+    needs=("t", "t_prev"),
+)
+
+EFFECTS = (delay_of_response, lag_of_response, sensor_delay, force_sensor_lag)

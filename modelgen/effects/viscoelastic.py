@@ -1,0 +1,129 @@
+"""Springs that lose energy and creep: springpot, Maxwell branch, hysteretic loss. Frequency and time domain.
+
+In time, memories with many relaxation times are ladders of Maxwell arms (see `ladder`).
+"""
+
+from modelgen.effects.effect import Effect, Shape, Strength, Values, add_stiffness, change, unit_of, unit_omega
+from modelgen.effects.ladder import MEMORY, Ladder, arm, z_rest
+from modelgen.language import Model, Port, j, powj, sign
+
+SPRING = ("stiffness", "mechanical_impedance")
+ALPHA = Shape("alpha", "1", "1", 0.03, 0.97, 7, log=False, text="0 for a spring, 1 for a dashpot")
+SCOTT_BLAIR = "G. W. Scott Blair, J. Colloid Sci. 2 (1947) 21; F. Mainardi, Fractional Calculus and Waves in Linear Viscoelasticity (2010)"
+BIOT = "M. A. Biot, Proc. 3rd US Congr. Appl. Mech. (1958) 1"
+
+
+def _power_law(model: Model, port: Port, p: Values) -> Model:
+    model = unit_omega(model)
+    w = port["omega"] / model.parameter("unit_omega")
+    return add_stiffness(lambda at, p: p["C"] * powj(w, p["alpha"]))(model, port, p)
+
+
+power_law_viscoelasticity = Effect(
+    "power_law_viscoelasticity",
+    SPRING,
+    "the material creeps by a power law: a springpot C(jω)^α in parallel, stiffer and lossier the faster it moves",
+    SCOTT_BLAIR,
+    (Strength("C", "{stiffness}", text="modulus at ω = 1 rad/s"),),
+    _power_law,
+    (ALPHA,),
+    needs=("omega",),
+    common=2.0,
+)
+
+maxwell_branch = Effect(
+    "maxwell_branch",
+    SPRING,
+    "a spring in series with a dashpot relaxes with one time constant: stiffness steps up where ωτ = 1, with a peak of loss",
+    "J. C. Maxwell, Phil. Trans. 157 (1867) 49",
+    (Strength("k", "{stiffness}", text="stiffness of the branch"),),
+    add_stiffness(lambda at, p: p["k"] * j * at["omega"] * p["tau"] / (1 + j * at["omega"] * p["tau"])),
+    (Shape("tau", "s", "time", 0.3, 3.0, text="relaxation time"),),
+    needs=("omega",),
+)
+
+structural_damping = Effect(
+    "structural_damping",
+    SPRING,
+    "the spring loses the same share of its energy in each cycle, however fast: K + jH",
+    "T. Theodorsen, I. E. Garrick, NACA Report 685 (1940); R. E. D. Bishop, J. R. Aeronaut. Soc. 59 (1955) 738",
+    (Strength("H", "{stiffness}", text="loss stiffness, loss factor times stiffness"),),
+    add_stiffness(lambda at, p: j * p["H"]),
+    needs=("omega",),
+    common=2.0,
+)
+
+# -- time domain -------------------------------------------------------------------------------------------------
+
+
+def _power_law_force(model: Model, port: Port, p: Values) -> Model:
+    arms = Ladder("power_law_viscoelasticity", unit_omega(model), port)
+    force = p["C"] * arms.power_law(p["alpha"])
+    return arms.add(force, "force of the springpot")
+
+
+power_law_force = Effect(
+    "power_law_viscoelasticity",
+    ("force",),
+    power_law_viscoelasticity.says,
+    SCOTT_BLAIR,
+    (Strength("C", "{port}/{z}", text="modulus at ω = 1 rad/s"),),
+    _power_law_force,
+    (ALPHA,),
+    needs=MEMORY,
+    common=2.0,
+)
+
+
+def _maxwell_force(model: Model, port: Port, p: Values) -> Model:
+    rest = z_rest(unit_of(model, port["z"]))
+    state = arm("maxwell_branch_z", (port["t"] - port["t_prev"]) / p["tau"], port, rest)
+    return model.with_parameters(rest).extend(
+        port.equation, lambda F: F + p["k"] * (port["z"] - state), statements=(state,)
+    )
+
+
+maxwell_force = Effect(
+    "maxwell_branch",
+    ("force",),
+    maxwell_branch.says,
+    maxwell_branch.source,
+    (Strength("k", "{port}/{z}", text="stiffness of the branch"),),
+    _maxwell_force,
+    (Shape("tau", "s", "time", 0.3, 1.0, 10, text="relaxation time"),),
+    needs=MEMORY,
+)
+
+
+def _structural_force(model: Model, port: Port, p: Values) -> Model:
+    arms = Ladder("structural_damping", unit_omega(model), port)
+    return arms.add(p["H"] * arms.constant_loss(), "force of constant loss")
+
+
+structural_force = Effect(
+    "structural_damping",
+    ("force",),
+    "the spring loses the same share of its energy in each cycle, however fast; as causality demands, its stiffness "
+    "then grows by the logarithm of the rate, H (2/π) ln(jω)",
+    BIOT,
+    (Strength("H", "{port}/{z}", text="loss stiffness; the stiffness itself is that at ω = 1 rad/s"),),
+    _structural_force,
+    needs=MEMORY,
+    common=2.0,
+)
+
+structural_spring = Effect(
+    "structural_damping",
+    ("spring",),
+    "the spring is stiffer on its way out than on its way back, in a fixed ratio: it loses the same share of its energy "
+    "in each cycle, however fast",
+    "T. J. Reid, J. R. Aeronaut. Soc. 60 (1956) 283",
+    (Strength("eta", "1", bounds=(0.0, 1.0), text="π/2 times the loss factor"),),
+    change(lambda k, at, p: k * (1 + p["eta"] * sign(at["z"]) * sign(at["v"]))),
+    needs=("z", "v"),
+)
+
+EFFECTS = (
+    power_law_viscoelasticity, maxwell_branch, structural_damping,
+    power_law_force, maxwell_force, structural_force, structural_spring,
+)  # fmt: skip

@@ -1,0 +1,45 @@
+"""Runs a Python file of the user's; what goes wrong in it becomes one line that says where."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from modelgen.errors import InputError, did_you_mean
+
+
+def run_user_file(shown: str, file: Path, wanted: str) -> dict[str, Any]:
+    """The global names of `file` after running it; `shown` is its name in messages, `wanted` what should be in it.
+
+    Raises InputError with file, line and cause when it is not there, cannot be read, or fails.
+    """
+    import runpy
+
+    if file.is_dir():
+        raise InputError(f"'{shown}' is a folder, a Python file with {wanted} in it is wanted")
+    if not file.exists():
+        near = did_you_mean(file.name, [p.name for p in file.parent.glob("*.py")])
+        raise InputError(f"no file '{shown}'{near or f', wanted a Python file with {wanted} in it'}")
+    try:
+        return runpy.run_path(str(file), run_name=file.stem)
+    except SyntaxError as why:
+        where = shown if why.filename in (None, str(file)) else why.filename
+        raise InputError(f"{where}, line {why.lineno or 1}: {why.msg}") from why
+    except OSError as why:
+        if why.filename == str(file):
+            raise InputError(f"'{shown}' can't be read: {why.strerror}") from why
+        raise InputError(_failure(shown, file, why)) from why
+    except (Exception, SystemExit) as why:
+        raise InputError(_failure(shown, file, why)) from why
+
+
+def _failure(shown: str, file: Path, why: BaseException) -> str:
+    """Where in the user's file it went wrong, and how, in one line."""
+    line, frame = 0, why.__traceback__
+    while frame is not None:
+        if frame.tb_frame.f_code.co_filename == str(file):
+            line = frame.tb_lineno
+        frame = frame.tb_next
+    text = " ".join(str(why).split())
+    says = text if isinstance(why, InputError) else f"{type(why).__name__}: {text}".rstrip(": ")
+    return f"{shown}, line {line}: {says}" if line else f"{shown}: {says}"
