@@ -1,7 +1,8 @@
 """Displacements that a sample is driven with, as formulas of time, so that they are exact on any grid.
 
-z [mm] and its first two derivatives follow from a phase φ(t) and an envelope, or from a sum of sines. A record either
-starts at rest (the envelope rises from zero) or in the middle of a motion that has run for `pre` seconds.
+z [mm] and its first two derivatives follow from a phase φ(t) and an envelope, or from a sum of sines. A
+record either starts at rest (the envelope rises from zero) or in the middle of a motion that has run for
+`pre` seconds.
 """
 
 from __future__ import annotations
@@ -68,7 +69,8 @@ def displacement(t: Array, spec: Mapping[str, Any]) -> tuple[Array, Array, Array
 class Motion:
     """One record's displacement on a fine grid, with the instants of reversal put in.
 
-    `spec` names the motion, `rate` [Hz] is the record's, the grid is `over` times finer. Times begin `pre` before it.
+    `spec` gives the motion, `rate` [Hz] is the record's, the grid is `over` times finer and begins `pre`
+    seconds earlier.
     """
 
     spec: Mapping[str, Any]
@@ -80,9 +82,7 @@ class Motion:
     @cached_property
     def t(self) -> Array:
         """Fine times since the start of the motion, (n,)."""
-        return np.asarray(
-            np.arange(int(round((self.pre + self.seconds) * self.rate)) * self.over) / self.dense
-        )
+        return np.asarray(np.arange(round((self.pre + self.seconds) * self.rate) * self.over) / self.dense)
 
     @property
     def dense(self) -> float:
@@ -92,7 +92,7 @@ class Motion:
     @cached_property
     def start(self) -> int:
         """Index of the first recorded instant in the fine grid."""
-        return int(round(self.pre * self.rate)) * self.over
+        return round(self.pre * self.rate) * self.over
 
     @cached_property
     def zva(self) -> tuple[Array, Array, Array]:

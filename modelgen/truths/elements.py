@@ -27,7 +27,7 @@ def springpot(w: Array, alpha: float, w0: float) -> Complex:
 
 
 def cole_cole(w: Array, tau: float, a: float) -> Complex:
-    """1/(1+(jωτ)^a), 0 < a < 1, as a distribution of Debye relaxations in ln τ (Cole and Cole 1941, eq. 19)."""
+    """1/(1+(jωτ)^a), 0 < a < 1, as Debye relaxations spread over ln τ (Cole and Cole 1941, eq. 19)."""
     u = np.arange(-30 / a, 30 / a, 0.4)
     weight = 0.4 / (2 * np.pi) * np.sin(a * np.pi) / (np.cosh(a * u) + np.cos(a * np.pi))
     return np.asarray([(weight / (1 + 1j * wi * tau * np.exp(u))).sum() for wi in w])
@@ -52,7 +52,7 @@ def solid_core(x2: Complex) -> Complex:
 
 
 def shorted_turn(w: Array, L: float, k2: float, rate: float) -> Complex:
-    """Impedance of a coil of inductance L [H] with a turn shorted at coupling k², from its two mesh equations.
+    """Impedance of a coil, L [H], with a turn shorted at coupling k², from its two mesh equations.
 
     `rate` = R/L of the turn [1/s]. k² = 1 is an inductance shunted by rate·L.
     """
@@ -77,11 +77,12 @@ def sphere(w: Array, a: float, c: float) -> Complex:
     return np.asarray(1j * ka / (1 + 1j * ka))
 
 
-def chain(w: Array, stiffness: complex, mass: float, doublings: int = 8) -> Complex:
+def chain(w: Array, stiffness: complex, mass: complex, doublings: int = 8) -> Complex:
     """Transfer matrix (n, 2, 2) of a rod as 2^doublings lumped cells, from (v, F) at one end to the other.
 
-    `stiffness` A/(lS) [N/m] may be complex (a lossy rod), `mass` [kg] is the whole rod's. Each cell is half a spring,
-    a mass and half a spring; squaring the matrix doubles the length. Error about (kl)²/24/4^doublings.
+    `stiffness` A/(lS) [N/m] may be complex (a lossy rod), `mass` [kg] is the whole rod's. Each cell is half a
+    spring, a mass and half a spring; squaring the matrix doubles the length. Error about
+    (kl)²/24/4^doublings.
     """
     n = 2**doublings
     half = 0.5 * 1j * w / (stiffness * n)  # mobility of half a cell's spring
@@ -95,13 +96,13 @@ def chain(w: Array, stiffness: complex, mass: float, doublings: int = 8) -> Comp
     return cell
 
 
-def rod_free(w: Array, stiffness: complex, mass: float) -> Complex:
+def rod_free(w: Array, stiffness: complex, mass: complex) -> Complex:
     """Impedance F/v at one end of a rod whose other end is free; jω mass for a rigid one."""
     m = chain(w, stiffness, mass)
     return np.asarray(m[:, 1, 0] / m[:, 0, 0])
 
 
-def rod_clamped(w: Array, stiffness: complex, mass: float) -> Complex:
+def rod_clamped(w: Array, stiffness: complex, mass: complex) -> Complex:
     """Impedance F/v at one end of a rod whose other end is held; stiffness/(jω) for a massless one."""
     m = chain(w, stiffness, mass)
     return np.asarray(m[:, 1, 1] / m[:, 0, 1])

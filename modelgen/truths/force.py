@@ -1,7 +1,7 @@
 """A magnetorheological sample between a shaker and a load cell: force against displacement, on a fine grid.
 
-Base: F = k z + c ż + h r + F_0 with Dahl's r. Effects change the path that the sample sees (lost motion, a soft
-joint), the coefficients, the forces, and the channel that records them. Units mm, s, N.
+Base: F = k z + c ż + h r + F_0 with Dahl's r. Effects change the path that the sample sees (lost motion, a
+soft joint), the coefficients, the forces, and the channel that records them. Units mm, s, N.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ W1 = 2 * np.pi  # reference angular frequency of the memory effects, 1 Hz
 
 @dataclass(frozen=True)
 class Path:
-    """What the sample undergoes: position with reversals put in, and position, velocity, acceleration on the grid."""
+    """What the sample undergoes: position with its reversals; x, v, a on the grid."""
 
     t: Array  # since the start of the record, negative before it
     dt: float
@@ -138,7 +138,7 @@ class ForceScene:
         return F * self.base["k_D"]
 
     def _behind_joint(self, p: Path, e: Strength, joint: float) -> Path:
-        """The path of a sample behind a spring `joint` [N/mm]: its linear part exact, the rest by iteration."""
+        """The path behind a spring `joint` [N/mm]: its linear part exact, the rest by iteration."""
         b = self.base
         stiff = joint + b["k_D"]
         x = p.x

@@ -1,4 +1,4 @@
-"""Draws of samples like the paper's, of the motions that they are recorded in, and of the forms of an effect."""
+"""Draws of samples like the paper's, of the motions they are recorded in, and of the forms of an effect."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def _steps(rng: Rng, top: float = 10.0) -> dict[str, Any]:
 
 
 def _sweep(rng: Rng) -> dict[str, Any]:
-    seconds = float(rng.choice([12.0, 15.0, 18.0]))
+    seconds = float(rng.choice([12.0, 15.0]))
     motion = {
         "type": "sweep",
         "from": 0.3,
@@ -127,9 +127,9 @@ def _slowest(motion: dict[str, Any]) -> float:
 
 
 def draw_setup(rng: Rng, base: dict[str, float], effects: Sequence[str]) -> dict[str, Any]:
-    """Two records to fit (a slow wide loop, stepped sines or sweeps at two amplitudes), a random one held out.
+    """Two records to fit (slow wide loop, stepped sines, sweeps, at two amplitudes), a random one held out.
 
-    Lost motion is recorded up to 2 Hz: faster, a sample's viscous force jumps between two samples of the record.
+    Lost motion is recorded up to 2 Hz: faster, a sample's viscous force jumps within a sample.
     """
     slow = "backlash" in effects
     first = [_loop, _steps, _sweep][0 if slow else int(rng.integers(3))](rng)
@@ -154,7 +154,7 @@ def draw_setup(rng: Rng, base: dict[str, float], effects: Sequence[str]) -> dict
 def draw_form(
     rng: Rng, effect: str, law: str, base: dict[str, float], setup: dict[str, Any]
 ) -> dict[str, Any]:
-    """The parameters of one effect; "at" is relative to the largest displacement, speed, or in Hz for a mode."""
+    """One effect's parameters; "at" is relative to the largest displacement or speed, in Hz for a mode."""
     form: dict[str, Any] = {"size": SIZES[effect][0], "law": law}
     side = float(rng.choice([-1.0, 1.0]))
     draws: dict[str, dict[str, Any]] = {

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
@@ -18,7 +19,7 @@ LINEAR = ("k_D", "c_D", "h_D", "F_0")
 class Columns:
     """The regressors of F = k z + c ż + h r(ρ) + F_0 over the fit records, whitened.
 
-    A record that begins in the middle of a motion has an unknown r_0: r is affine in it, so h r_0 is linear as well.
+    A record that begins in mid-motion has an unknown r_0: r is affine in it, so h r_0 is linear too.
     """
 
     def __init__(
@@ -38,7 +39,7 @@ class Columns:
         self.fixed = self._fixed()
 
     @staticmethod
-    def _thin(m: Motion) -> tuple[Array, Array]:
+    def _thin(m: Motion) -> tuple[Array, npt.NDArray[np.intp]]:
         """The path at the recorded samples and at the reversals between them, and where the samples are."""
         sampled = m.keep[m.start :: m.over]
         turns = np.setdiff1d(np.arange(len(m.path)), m.keep)

@@ -1,9 +1,9 @@
-"""Friction and lost motion on a path whose reversals are points of it, so that each operator is exact between them."""
+"""Friction and lost motion on a path that holds its reversals: each operator is exact between them."""
 
 from __future__ import annotations
 
 from functools import lru_cache
-from itertools import accumulate
+from itertools import accumulate, pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ Array = npt.NDArray[np.float64]
 
 
 def branches(path: Array) -> npt.NDArray[np.intp]:
-    """Places where the direction of a path changes, with its first and last place. Rests belong to the branch before."""
+    """Where the direction of a path changes, with its ends. Rests belong to the branch before."""
     d = np.sign(np.diff(path))
     moving = np.flatnonzero(d)
     turn = moving[1:][d[moving[1:]] != d[moving[:-1]]]
@@ -21,11 +21,11 @@ def branches(path: Array) -> npt.NDArray[np.intp]:
 
 
 def dahl(path: Array, rho: float, r0: float = 0.0) -> Array:
-    """Dahl's state, dr = ρ(1 - r sgn dx) dx, in closed form on each branch: 1 - sr = (1 - sr)₀ exp(-ρ|x - x₀|)."""
+    """Dahl's state, dr = ρ(1 - sr) dx with s = sgn dx: 1 - sr = (1 - sr)₀ exp(-ρ|x - x₀|) on each branch."""
     r = np.empty_like(path)
     r[0] = r0
     edge = branches(path)
-    for a, b in zip(edge[:-1], edge[1:], strict=True):
+    for a, b in pairwise(edge):
         s = np.sign(path[b] - path[a])
         r[a + 1 : b + 1] = s - (s - r[a]) * np.exp(-rho * np.abs(path[a + 1 : b + 1] - path[a]))
     return r
@@ -41,12 +41,13 @@ def _slip(b: float) -> tuple[Array, Array]:
     return lnu[::-1], sol.y[0][::-1]
 
 
-def dahl_power(path: Array, rho: float, b: float) -> Array:
-    """Dahl's state with |1 - r sgn dx|^b, each branch read off one integrated master curve; r = 0 at first."""
+def dahl_power(path: Array, rho: float, b: float, r0: float = 0.0) -> Array:
+    """Dahl's state with |1 - sr|^b, each branch read off one integrated master curve."""
     lnu, X = _slip(float(b))
-    r = np.zeros_like(path)
+    r = np.empty_like(path)
+    r[0] = r0
     edge = branches(path)
-    for a, e in zip(edge[:-1], edge[1:], strict=True):
+    for a, e in pairwise(edge):
         s = np.sign(path[e] - path[a])
         u0 = np.log(max(1 - s * r[a], 1e-7))
         along = np.interp(u0, lnu, X) + rho * np.abs(path[a + 1 : e + 1] - path[a])
@@ -73,7 +74,7 @@ def rate_dahl(v: Array, dt: float, rho: float, level: Array, relax: float) -> Ar
 
 
 def play(path: Array, clearance: float) -> Array:
-    """Position of a part that follows with a clearance (full width), and stays where it is while not pushed."""
+    """Position of a part that follows with a clearance (full width) and stays while it isn't pushed."""
     half = 0.5 * clearance
     out = []
     w = 0.0
@@ -87,7 +88,7 @@ def play(path: Array, clearance: float) -> Array:
 
 
 def soft_play(path: Array, clearance: float, softness: float) -> Array:
-    """Lost motion of a joint that stiffens gradually: many plays whose clearances spread about the mean one."""
+    """Lost motion of a joint that stiffens gradually: plays whose clearances spread about the mean one."""
     spread = 1 + softness * np.array([-0.9, -0.55, -0.2, 0.2, 0.55, 0.9])
     return np.asarray(np.mean([play(path, clearance * s) for s in spread], axis=0))
 

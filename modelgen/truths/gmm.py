@@ -1,8 +1,9 @@
 """A Terfenol-D rod in a coil, pressed against a load: impedance from the constitutive equations themselves.
 
-ε = S σ + d H,  B = d σ + μ H with H = N I / l; the rod is held at one end and drives the load at the other. Solving
-the balance of forces and the flux's voltage for I gives Z, with no equivalent circuit. e^{+jωt}; lossy constants have
-negative imaginary parts; eddy currents multiply μ' by the flux in a solid cylinder (Bessel functions).
+ε = S σ + d H,  B = d σ + μ H with H = N I / l; the rod is held at one end and drives the load at the other.
+Solving the balance of forces and the flux's voltage for I gives Z, with no equivalent circuit. e^{+jωt};
+lossy constants have negative imaginary parts; eddy currents multiply μ' by the flux in a solid cylinder
+(Bessel functions).
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ class GmmScene:
 
 
 def flux(ratio: Array) -> Complex:
-    """χ(f/f_c): mean flux in a conducting cylinder over its static value, 2 J1(x)/(x J0(x)), x² = -j f/f_c."""
+    """χ(f/f_c): flux in a conducting cylinder over its static value, 2 J1(x)/(x J0(x)), x² = -j f/f_c."""
     x = np.sqrt(-1j * np.asarray(ratio, complex))
     return np.asarray(2 * jv(1, x) / (x * jv(0, x)))
 
@@ -108,8 +109,8 @@ def _winding(w: Array, e: Strength, top: float, order: Array) -> Complex:
 def _rod(w: Array, K: complex, e: Strength, top: float) -> Complex:
     """Impedance [N·s/m] of the clamped rod at its driven end; its mass counts only where waves do."""
     if s := e.get("distributed_rod"):
-        loss = 1 + 1j * s["eta"] if s["law"] == "lossy_rod" else 1.0
-        return el.rod_clamped(w, K * loss, K.real * (s["size"] / top) ** 2)
+        loss = 1 - 1j * s["eta"] if s["law"] == "lossy_rod" else 1.0  # of the waves; the static one is S''
+        return el.rod_clamped(w, K, K.real * loss * (s["size"] / top) ** 2)
     return np.asarray(K / (1j * w))
 
 

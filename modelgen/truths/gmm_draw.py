@@ -72,7 +72,7 @@ def draw_base(rng: Rng) -> dict[str, float]:
 
 
 def draw_setup(rng: Rng, base: dict[str, float], effects: Sequence[str]) -> dict[str, Any]:
-    """Two fit sweeps with different known loads and one held out with the first; R_f known in half of the cases."""
+    """Two fit sweeps with known loads, one held out with the first; R_f known in half of the cases."""
     n = int(rng.choice([201, 301, 401]))
     loads = (base["M_t"], float(f"{base['M_t'] * rng.uniform(1.2, 1.6):.5g}"))
     sweeps = [

@@ -1,7 +1,7 @@
-"""A moving-coil device recorded as electrical impedance sweeps, with or without what its five elements leave out.
+"""A moving-coil device recorded as impedance sweeps, with or without what its five elements leave out.
 
-Base: Z = R_e + jωL_e + Bl²/(R_m + jωM_m + K_m/(jω)). What was left out is the device's own, the same in each sweep
-whatever known mass is added: its figures are relative to `Scale`.
+Base: Z = R_e + jωL_e + Bl²/(R_m + jωM_m + K_m/(jω)). What was left out is the device's own, the same in each
+sweep whatever known mass is added: its figures are relative to `Scale`.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def frequencies(sweep: Mapping[str, Any]) -> Array:
 
 
 def impedance(w: Array, p: Base, e: Strength, scale: Scale, order: Array) -> Complex:
-    """Z [ohm] at ω [rad/s] of the base parameters p with the effects e; `order` runs from 0 to 1 over the sweep."""
+    """Z [ohm] at ω [rad/s] of base parameters p and effects e; `order` runs from 0 to 1 over the sweep."""
     top = scale.top
     Z = _winding(w, p, e, top, order) + _inductance(w, p, e, top) + p["Bl"] ** 2 / _mechanical(w, p, e, scale)
     if s := e.get("coil_capacitance"):
@@ -79,7 +79,7 @@ def impedance(w: Array, p: Base, e: Strength, scale: Scale, order: Array) -> Com
 
 
 def capacitor(w: Array, s: Form, top: float, z_top: float) -> Complex:
-    """Admittance of the winding's capacitance; "lossy_capacitor" has a constant loss angle and a lead resistance."""
+    """Admittance of a winding's capacitance; a lossy one has a loss angle and a lead resistance."""
     y = 1j * w / top * s["size"] / z_top
     if s["law"] == "lossy_capacitor":
         y = y * (1 - 1j * s["tan_delta"])
@@ -111,7 +111,7 @@ def _winding(w: Array, p: Base, e: Strength, top: float, order: Array) -> Comple
     if s := e.get("temperature_drift"):
         heat = (1 - np.exp(-order / s["tau"])) / (1 - np.exp(-1 / s["tau"]))
         ratio = ratio * (1 + s["size"] * heat)
-    return p["R_e"] * ratio
+    return np.asarray(p["R_e"] * ratio)
 
 
 def _inductance(w: Array, p: Base, e: Strength, top: float) -> Complex:
@@ -182,7 +182,7 @@ def viscoelastic(w: Array, K: float, e: Strength, w0: float) -> Complex:
 
 
 def stretched(x: Array, beta: float) -> Complex:
-    """jx∫exp(-t^β) e^{-jxt} dt: modulus of a stretched-exponential relaxation, on the ray where it doesn't swing.
+    """jx∫exp(-t^β) e^{-jxt} dt, the modulus of a stretched-exponential relaxation, on a ray without swings.
 
     t = -jy turns the integral into ∫exp(-(-jy)^β - xy) dy; the branch is the one that decays for β < 1.
     """
@@ -204,7 +204,7 @@ def mass(w: Array, M: float, e: Strength, scale: Scale) -> Complex:
 
 
 def _at_amplitude(w: Array, Z: Complex, p: Base, e: Strength, w0: float) -> Complex:
-    """First-harmonic impedance under constant current, the amplitude a over that at resonance found by bisection."""
+    """First-harmonic impedance under constant current, the amplitude (1 at resonance) found by bisection."""
     theta = 2 * np.pi * np.arange(32) / 32
     cubic = 2 * float(np.mean(np.cos(theta) ** 4))
     square = 2 * float(np.mean(np.abs(np.sin(theta)) * np.sin(theta) ** 2))

@@ -1,4 +1,4 @@
-"""Linear memory in time: convolutions over the whole past, and filters that are exact for piecewise linear signals.
+"""Linear memory in time: convolutions over the whole past, filters exact for piecewise linear signals.
 
 Signals start from rest: what precedes the first sample is its value.
 """
@@ -21,7 +21,7 @@ def _convolve(kernel: Array, x: Array) -> Array:
 
 
 def fractional(z: Array, dt: float, alpha: float) -> Array:
-    """D^α z, 0 < α < 1, Caputo's with z piecewise linear (the L1 rule, Oldham and Spanier): error about dt^(2-α)."""
+    """D^α z (Caputo, 0 < α < 1) for z piecewise linear (L1 rule, Oldham and Spanier); error dt^(2-α)."""
     n = np.arange(len(z), dtype=float)
     weight = (n + 1) ** (1 - alpha) - n ** (1 - alpha)
     step = np.diff(z, prepend=z[0])
@@ -47,7 +47,7 @@ def low_pass(x: Array, dt: float, tau: float) -> Array:
 
 
 def hysteretic(z: Array) -> Array:
-    """Quadrature of z, the rate-independent loss factor's j sgn ω, by the transform of the record and its mirror."""
+    """Quadrature of z (j sgn ω, a rate-independent loss), by the transform of the record and its mirror."""
     both = np.concatenate([z, z[::-1]])
     return np.asarray(irfft(1j * np.sign(rfftfreq(len(both))) * rfft(both), len(both))[: len(z)])
 
@@ -73,7 +73,7 @@ def appendage(a: Array, dt: float, w0: float, q: float) -> Array:
 
 
 def envelope(z: Array, dt: float, smooth: float) -> Array:
-    """Amplitude of an oscillation: modulus of its analytic signal, smoothed over some seconds forth and back."""
+    """Amplitude of an oscillation: modulus of its analytic signal, smoothed forth and back."""
     amp = np.hypot(z, hysteretic(z))
     forth = low_pass(amp, dt, smooth)
     return np.asarray(low_pass(forth[::-1], dt, smooth)[::-1])

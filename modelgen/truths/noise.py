@@ -1,8 +1,8 @@
 """Noise of the recordings: how large, how it is stated, how it whitens, and how it is added.
 
-`Z_relative` is the standard deviation of each of Re Z and Im Z over |Z|; a calibration error multiplies Z by 1 + ε,
-with Re ε and Im ε Gaussian processes over ln f of the given rms and correlation length, the same in all sweeps
-("shared" = 1, one instrument) or a new one in each.
+`Z_relative` is the standard deviation of each of Re Z and Im Z over |Z|; a calibration error multiplies Z by
+1 + ε, with Re ε and Im ε Gaussian processes over ln f of the given rms and correlation length, the same in
+all sweeps ("shared" = 1, one instrument) or a new one in each.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def _log_uniform(rng: np.random.Generator, lo: float, hi: float) -> float:
 
 
 def draw_levels(rng: np.random.Generator, domain: str, noise: str) -> dict[str, float]:
-    """Draw the figures of one kind of noise. "stated" is the factor of the stated level, 0 where none is stated."""
+    """Figures of one kind of noise. "stated" is the factor of the stated level, 0 where none is stated."""
     levels: dict[str, float] = {}
     if domain == "gmm":
         levels["Z_relative"] = 2e-4
@@ -56,7 +56,8 @@ def draw_levels(rng: np.random.Generator, domain: str, noise: str) -> dict[str, 
 
 def stated(domain: str, noise: str, levels: Levels) -> dict[str, Any]:
     """The [noise] table of the case."""
-    factor, out = levels["stated"], {}
+    factor: float = levels["stated"]
+    out: dict[str, Any] = {}
     if factor:
         names = {"force": ("F_m", "z"), "stiffness": ("k_s", "loss_angle")}.get(domain, ("Z_relative",))
         grown = np.sqrt(1 + levels.get("step", 0.0) ** 2 / 12)
@@ -131,7 +132,7 @@ def disturb_impedance(
 
 
 def disturb_real(rng: np.random.Generator, y: Array, sigma: float, levels: Levels) -> Array:
-    """One recorded real channel: white or AR(1) noise of standard deviation sigma, gross errors, ADC steps."""
+    """One recorded real channel: white or AR(1) noise of std sigma, gross errors, ADC steps."""
     rho = levels.get("rho", 0.0)
     e = lfilter([np.sqrt(1 - rho**2)], [1, -rho], rng.standard_normal(len(y) + 400))[400:]
     e = e + _gross(rng, len(y), levels.get("share", 0.0))

@@ -13,7 +13,7 @@ DOMAINS = ("impedance", "gmm", "force", "stiffness")
 KINDS = ("none", "single", "variant", "pair", "novel")
 NOISES = ("white", "coloured", "calibration", "displacement", "outliers", "quantised", "misstated")
 
-# Kinds of noise that a domain can have: a displacement error needs a displacement, a calibration in ln f needs an f.
+# A displacement error needs a displacement, a calibration error over ln f needs an f.
 NOISES_OF = {
     "impedance": ("white", "coloured", "calibration", "outliers", "quantised", "misstated"),
     "gmm": ("white", "coloured", "calibration", "outliers", "quantised", "misstated"),
@@ -44,7 +44,7 @@ PORTS: dict[str, tuple[str, ...]] = {
 
 
 class NotDetectable(ValueError):
-    """The base parameters absorb the effect, or no plausible strength of it shows as much as was asked for."""
+    """The base parameters absorb the effect, or no plausible strength of it shows as much as wanted."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +59,8 @@ class Secret:
     seed      of the noise
     variant   a law of the effect that differs from the textbook one, "" otherwise
     setup     what was recorded and what the case states as known
-    d2        effect -> whitened squared misfit that the best base model leaves (given the other effect, for pairs);
-              "all" -> of everything that is concealed
+    d2        effect -> whitened squared misfit that the best base model leaves (for pairs: given the other
+              effect); "all" -> of everything that is concealed
     bent      parameter -> ln of its value in the best base model over its true one
     """
 

@@ -40,7 +40,7 @@ class Scene(Protocol):
         """Noise-free responses of all recordings, those for the fit first."""
 
     def refit(self, y: Responses, extra: Sequence[Responses] = ()) -> Refit:
-        """The base model nearest to y over the fit recordings, free to add multiples of the `extra` responses."""
+        """The base model nearest to y over the fit recordings, plus multiples of the `extra` responses."""
 
 
 def refit_sweep(

@@ -1,8 +1,8 @@
 """A sample's complex stiffness against frequency at given amplitudes, from one steady cycle followed in time.
 
-The cycle's force is built point by point (friction by Dahl's closed form over the two strokes, nonlinear springs and
-dampers by their laws), and its first harmonic over that of the displacement is K* = k_s e^{jδ}. Linear memory is added
-to K* in frequency. Units N/mm, mm, deg.
+The cycle's force is built point by point (friction by Dahl's closed form over the two strokes, nonlinear
+springs and dampers by their laws), and its first harmonic over that of the displacement is K* = k_s e^{jδ}.
+Linear memory is added to K* in frequency. Units N/mm, mm, deg.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .noise import Levels
 from .solve import Refit, Responses, Strength, refit_sweep
 
 Rng = np.random.Generator
-POINTS = 512
+POINTS, CYCLES = 512, 8
 W1 = 2 * np.pi
 
 SIZES: dict[str, tuple[float, float]] = {
@@ -46,7 +46,7 @@ VARIANTS = {"stretched_exponential": "power_law_viscoelasticity"}
 
 
 class StiffnessScene:
-    """Sweeps of frequency at one amplitude each: see `Scene`. A response is (2, n): k_s [N/mm] and loss angle [deg]."""
+    """Sweeps at one amplitude each: see `Scene`. A response is (2, n): k_s [N/mm], loss angle [deg]."""
 
     def __init__(self, base: Mapping[str, float], setup: Mapping[str, Any], levels: Levels) -> None:
         self.base, self.sweeps, self.free = base, setup["sweeps"], list(setup["free"])
@@ -105,25 +105,25 @@ def complex_stiffness(w: Array, p: Mapping[str, float], e: Strength, A: float, r
         )
     if s := e.get("temperature_drift"):
         K = K * (1 - s["size"] * -np.expm1(-np.linspace(0, 1, len(w)) / s["tau"]))
-    return _measured(w, K, p["k_D"], e)
+    return _measured(w, np.asarray(K), p["k_D"], e)
 
 
 def _cycle(p: Mapping[str, float], e: Strength, A: float, reach: float) -> complex:
-    """First harmonic over A of friction and nonlinear springs, from the third of three cycles -A cos θ."""
-    theta = 2 * np.pi * np.arange(3 * POINTS + 1) / POINTS
+    """First harmonic over A of friction and nonlinear springs, from the last of some cycles -A cos θ."""
+    theta = 2 * np.pi * np.arange(CYCLES * POINTS + 1) / POINTS
     x = -A * np.cos(theta)
+    steady = -float(np.tanh(p["rho"] * A))  # at the lower reversal, from symmetry
     if s := e.get("dahl_exponent"):
-        r = friction.dahl_power(x, p["rho"], float(np.exp(s["sign"] * s["size"])))
+        r = friction.dahl_power(x, p["rho"], float(np.exp(s["sign"] * s["size"])), steady)
     else:
-        # the steady state is symmetric, which fixes the state at the lower reversal
-        r = friction.dahl(x, p["rho"], -np.tanh(p["rho"] * A))
+        r = friction.dahl(x, p["rho"], steady)
     if s := e.get("second_dahl_element"):
         rho = p["rho"] * s["ratio"]
         r = r + s["size"] * friction.dahl(x, rho, -np.tanh(rho * A))
     F = p["h_D"] * r
     if s := e.get("cubic_stiffness"):
         F = F + s["size"] * p["k_D"] * x**3 / reach**2
-    last = F[2 * POINTS : 3 * POINTS]
+    last = F[-POINTS - 1 : -1]
     harmonic = np.exp(-1j * theta[:POINTS])
     return complex((last @ harmonic) / (x[:POINTS] @ harmonic))
 

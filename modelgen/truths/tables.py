@@ -107,9 +107,8 @@ def overall(rows: Sequence[Row]) -> str:
             lines.append(f"  {mark:<13} {np.mean(hits):.3f} ({lo:.3f} - {hi:.3f}) of {len(hits)}")
     chi2 = [r["holdout_chi2"] for r in rows if r.get("holdout_chi2") is not None]
     if chi2:
-        lines.append(
-            f"  hold-out χ²/N after: median {np.median(chi2):.3f}, <= 1.1 in {np.mean(np.array(chi2) <= 1.1):.2f}"
-        )
+        good = np.mean(np.array(chi2) <= 1.1)
+        lines.append(f"  hold-out χ²/N after: median {np.median(chi2):.3f}, <= 1.1 in {good:.2f}")
     for mark, text in (
         ("covered", "95 % intervals hold the true parameter"),
         ("set_size", "size of the set"),

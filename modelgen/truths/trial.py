@@ -18,8 +18,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from .draw import draw
-from .score import score
+from .drawing import draw
+from .scoring import score
 from .secret import DOMAINS, KINDS, NOISES, NOISES_OF, NotDetectable, seal, unseal
 from .tables import report
 from .write import write_case
@@ -69,8 +69,8 @@ def _one(args: argparse.Namespace, i: int, root: Path) -> dict[str, Any]:
     row: dict[str, Any] = {"case": i, "seed": seed, "noise": noise, "error": ""}
     try:
         secret = draw(seed, args.kind, args.domain, effect, tuple(args.d2), noise)
-    except NotDetectable as error:
-        return row | {"error": f"not drawn: {error}"}
+    except NotDetectable as hidden:
+        return row | {"error": f"not drawn: {hidden}"}
     text, digest = seal(secret)
     case = write_case(secret, root / f"case_{i:04d}")
     begun = time.perf_counter()

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .draw import scene_of
+from .drawing import scene_of
 from .drive import Motion
 from .impedance import frequencies
 from .noise import disturb_impedance, disturb_real, stated
@@ -53,7 +53,7 @@ def case_text(secret: Secret) -> str:
         ("noise", stated(secret.domain, secret.noise, secret.levels)),
     ):
         if table:
-            lines += ["", f"[{name}]", *(f"{k} = {_value(v)}" for k, v in table.items())]
+            lines += ["", f"[{name}]", *(f"{k} = {_value(v)}" for k, v in sorted(table.items()))]
     for i, record in enumerate(setup.get("sweeps", setup.get("records")), 1):
         lines += ["", "[[recording]]", f'file = "rec_{i}.csv"', f'role = "{record["role"]}"']
         if record.get("known"):
@@ -62,7 +62,7 @@ def case_text(secret: Secret) -> str:
 
 
 def _inline(table: Mapping[str, Any]) -> str:
-    return "{ " + ", ".join(f"{k} = {_value(v)}" for k, v in table.items()) + " }"
+    return "{ " + ", ".join(f"{k} = {_value(v)}" for k, v in sorted(table.items())) + " }"
 
 
 def _value(v: Any) -> str:

@@ -39,7 +39,7 @@ def score(secret: Secret, verdict: Mapping[str, Any]) -> dict[str, Any]:
     misnamed       novel physics bears a catalogued name   extra     effects claimed beyond those concealed
     set_size       ids and equivalents of the first claim  claimed   its stated probability
     holdout_chi2   (rms/noise)² of the held-out recordings after
-    covered        share of the identifiable base parameters within 1.96 standard deviations of their true values
+    covered        share of the identifiable base parameters within 1.96 std of their true values
     """
     effects: Sequence[Mapping[str, Any]] = verdict.get("effects") or []
     first = effects[0] if effects else {}
@@ -88,7 +88,7 @@ def score(secret: Secret, verdict: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _port_right(first: Mapping[str, Any], right: Mapping[str, set[str]]) -> bool:
-    """Whether the port's name speaks of the right kind of place; the id decides where the name says nothing."""
+    """Whether the port's name speaks of the right kind of place; where it says nothing, the id decides."""
     said = str(first.get("port", "")).lower()
     kinds = {port(e) for e in right}
     hits = {k for k, words in PORT_WORDS.items() if any(w in said for w in words)}

@@ -61,10 +61,10 @@ def draw(
 
     kind    "none", "single", "variant", "pair" or "novel"
     effect  an id, a pair of ids, or with kind "variant" the law's name
-    d2      range of the whitened squared misfit ||(y_true - y_base)/σ||² that the best base model leaves over the fit
-            recordings; drawn log-uniform and met to 1 % (for each of a pair on its own)
+    d2      range of the whitened squared misfit ||(y_true - y_base)/σ||² that the best base model leaves
+            over the fit recordings; drawn log-uniform and met to 1 % (for each of a pair on its own)
 
-    Raises NotDetectable where the base parameters absorb the asked-for effect; ValueError for names that don't exist.
+    Raises NotDetectable where the base parameters absorb the asked-for effect; ValueError for unknown names.
     """
     rng = np.random.default_rng(seed)
     if kind is None:
@@ -142,7 +142,7 @@ def _choose(
 
 
 def conceal(rng: Rng, plain: Secret, d2: tuple[float, float]) -> Secret:
-    """Give each effect of a secret its form, and the strength at which the base model hides it to a depth in `d2`."""
+    """Give each effect its form, and the strength at which the base model hides it to a depth in `d2`."""
     scene = scene_of(plain)
     former = (stiffness if plain.domain == "stiffness" else DRAWS[plain.domain]).draw_form
     strength: dict[str, dict[str, Any]] = {}
@@ -176,7 +176,7 @@ def conceal(rng: Rng, plain: Secret, d2: tuple[float, float]) -> Secret:
 
 
 def _together(scene: Scene, strength: Mapping[str, Mapping[str, Any]]) -> tuple[dict[str, float], Refit]:
-    """d² of each effect where the others are modelled (their size free), and the base model nearest to all."""
+    """d² of each effect with the others' sizes free, and the base model nearest to all."""
     y = scene.simulate(strength)
     depth = {}
     for effect in strength:
