@@ -14,8 +14,6 @@ from modelgen.fit.problem import FLAT, ZERO, Matrix, Normal, Problem, Vector
 
 TINY = 1e-12  # a hardly damped step, relative to the value, that changes nothing any more
 
-FORGET = 0.1  # a column's scale falls by no more than this in a step: what goes blind stays damped
-
 
 @dataclass(frozen=True)
 class GaussNewton(Method):
@@ -28,9 +26,9 @@ class GaussNewton(Method):
     units of the scaled normal matrix (whose diagonal is 1).
     """
 
-    max_iter: int = 200
+    max_iter: int = 500
     tol: float = 1e-13
-    damping: float = 1e-3
+    damping: float = 0.1
 
     def __post_init__(self) -> None:
         at_least(1, max_iter=self.max_iter)
@@ -80,17 +78,18 @@ class GaussNewton(Method):
                     return theta, Reason.CONVERGED
             elif mu < 1 and np.all(np.abs(step) <= TINY * (np.abs(theta) + 1e-4 * problem.width)):
                 return theta, Reason.CONVERGED
-            elif predicted <= 1e-15 * f:
+            elif 0 <= predicted <= 1e-15 * f:
                 # the gain left drowns in rounding; a slope here means that value and gradient disagree
-                return theta, Reason.CONVERGED if slope <= FLAT * np.sqrt(f) else Reason.STALLED
+                flat = problem.promise(theta, (f, g, A)) <= FLAT
+                return theta, Reason.CONVERGED if flat else Reason.STALLED
             else:
                 mu, nu = mu * nu, 2 * nu
         return theta, Reason.BUDGET
 
 
 def _scale(A: Matrix, before: Vector) -> Vector:
-    """Column norms of J (p,), forgetting larger ones slowly; 1 for a parameter that does nothing."""
-    D = np.maximum(np.sqrt(A.diagonal()), FORGET * before)
+    """The largest column norms of J so far (p,), so that what goes blind stays damped; 1 if it does nothing."""
+    D = np.maximum(np.sqrt(A.diagonal()), before)
     D[D == 0] = 1.0
     return D
 
@@ -98,21 +97,33 @@ def _scale(A: Matrix, before: Vector) -> Vector:
 def _step(
     A: Matrix, g: Vector, D: Vector, mu: float, free: NDArray[np.bool_], low: Vector, high: Vector
 ) -> Vector:
-    """Minimise g·s + ½ s·(A + μ D²)·s over the free s; those that would leave [low, high] end on it."""
-    step = np.zeros_like(g)
-    index = np.flatnonzero(free)
-    while index.size:
+    """Minimise g·s + ½ s·(A + μ D²)·s within [low, high], which holds 0: the primal active-set method.
+
+    free: where to begin. Each round goes to the first bound in the way and holds it, or arrives and lets go
+    of the bound that pushes inward most; the model falls in every round, so a step is never uphill.
+    """
+    step, held = np.zeros_like(g), ~free
+    for _ in range(4 * g.size):
+        index = np.flatnonzero(~held)
         d = D[index]
         M = A[index[:, None], index] / (d[:, None] * d)
         M.flat[:: index.size + 1] += mu
-        s = _solve(M, -(g + A @ step)[index] / d) / d
-        outside = (s < low[index]) | (s > high[index])
-        if not outside.any():
-            step[index] = s
+        way = _solve(M, -(g + A[:, held] @ step[held])[index] / d) / d - step[index]
+        wall = np.where(way < 0, low[index], high[index])
+        part = np.where(way != 0, (wall - step[index]) / np.where(way != 0, way, 1), np.inf)
+        if part.min(initial=1) < 1:
+            first = int(np.argmin(part))
+            step[index] += part[first] * way
+            step[index[first]], held[index[first]] = wall[first], True
+            continue
+        step[index] += way
+        if not held.any():
             break
-        hit = index[outside]
-        step[hit] = np.where(s[outside] < low[hit], low[hit], high[hit])
-        index = index[~outside]
+        slope = (g + A @ step) / D + mu * D * step
+        inward = np.where(held, np.where(step <= low, -slope, slope), 0)
+        if inward.max() <= 1e-12 * np.abs(g / D).max():
+            break
+        held[np.argmax(inward)] = False
     return step
 
 

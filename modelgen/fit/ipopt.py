@@ -13,8 +13,11 @@ from modelgen.errors import InputError
 from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, at_least
 from modelgen.fit.problem import FLAT, ZERO, Matrix, Normal, Problem, Vector
 
-PASSES = 3  # the objective's scale is renewed when a pass has brought it down by more than DROP
+PASSES = 6  # the objective's scale is renewed when a pass has brought it down by more than DROP
 DROP = 3.0
+DAMPING = (
+    1e-3  # added to JᵀJ, relative to its diagonal, after a pass that failed; ten times more after the next
+)
 
 _REASONS = {
     "Solve_Succeeded": Reason.CONVERGED,
@@ -38,7 +41,7 @@ class IPOPT(Method):
     """
 
     hessian: Literal["gauss-newton", "exact", "limited-memory"] = "gauss-newton"
-    max_iter: int = 200
+    max_iter: int = 500
     tol: float = 1e-9
 
     def __post_init__(self) -> None:
@@ -59,21 +62,28 @@ class IPOPT(Method):
         f = watch.normal_equations(start)[0]
         if not np.isfinite(f):
             return watch.outcome(Reason.NOT_FINITE)
-        reason, theta, f_start = Reason.BUDGET, start, f
+        theta, f_start, damping, reason = start, f, 0.0, Reason.BUDGET
         for renewed in range(PASSES):
-            scaled = _Scaled(problem, watch, theta, f or 1.0, self.max_iter)
+            scaled = _Scaled(problem, watch, theta, f or 1.0, damping, self.max_iter)
             status, theta = self._pass(scaled, renewed > 0)
             reason = _REASONS.get(status, Reason.FAILED)
             normal = watch.normal_equations(theta)
             before, f = f, normal[0]
+            flat = f <= ZERO * f_start or problem.promise(theta, normal) <= FLAT
             if (
-                reason is not Reason.CONVERGED
-                and not problem.constraints
-                and (f <= ZERO * f_start or problem.slope(theta, normal) <= FLAT)
-            ):
-                reason = Reason.CONVERGED  # the solver wanted more than rounding allows
-            if reason not in (Reason.CONVERGED, Reason.STALLED) or not f < before / DROP:
+                flat and not problem.constraints
+            ):  # whatever the solver says: it may want more than rounding allows
+                return watch.outcome(Reason.CONVERGED)
+            if reason in (Reason.BUDGET, Reason.INFEASIBLE) or watch.iterations >= self.max_iter:
                 break
+            if reason is Reason.CONVERGED:
+                if not f < before / DROP:
+                    break
+            elif np.isfinite(
+                watch.value
+            ):  # lost where JᵀJ is singular or misleading: go on from the best point
+                damping = max(DAMPING, 10 * damping)
+                theta, f = watch.theta, min(f, watch.value)
         return watch.outcome(reason)
 
     def _pass(self, scaled: _Scaled, warm: bool) -> tuple[str, Vector]:
@@ -101,7 +111,9 @@ class IPOPT(Method):
                 "hess_lag", curvature, {"x": dense, "p": none, "lam_f": one, "lam_g": g},
                 {"triu_hess_gamma_x_x": ca.Sparsity.upper(p)},
             )  # fmt: skip
-        solver = ca.nlpsol("fit", "ipopt", nlp, options | self._options(warm))
+        solver = ca.nlpsol(
+            "fit", "ipopt", nlp, options | self._options(warm, self.max_iter - scaled.watch.iterations)
+        )
         try:
             found = solver(
                 x0=np.zeros(p), lbx=scaled.low, ubx=scaled.high, lbg=np.zeros(m), ubg=np.full(m, np.inf)
@@ -110,10 +122,10 @@ class IPOPT(Method):
             scaled.reraise()
         return solver.stats()["return_status"], scaled.theta(found["x"])
 
-    def _options(self, warm: bool) -> dict[str, Any]:
+    def _options(self, warm: bool, left: int) -> dict[str, Any]:
         ipopt = {
             "tol": self.tol,
-            "max_iter": self.max_iter,
+            "max_iter": left,
             "print_level": 0,
             "sb": "yes",
             "bound_relax_factor": 0.0,
@@ -134,9 +146,10 @@ class _Scaled:
     """The problem in IPOPT's variable x = (θ − center)/width; each point is evaluated once for all."""
 
     def __init__(
-        self, problem: Problem, watch: Watch, center: Vector, f_center: float, max_iter: int
+        self, problem: Problem, watch: Watch, center: Vector, f_center: float, damping: float, max_iter: int
     ) -> None:
         self.problem, self.watch, self.center, self.max_iter = problem, watch, center, max_iter
+        self.damping = damping
         self.width, self.factor = problem.width, 1 / f_center
         self.low, self.high = (problem.lower - center) / self.width, (problem.upper - center) / self.width
         # a condition's own unit is arbitrary: its slope at the center sets the scale
@@ -164,7 +177,8 @@ class _Scaled:
         return [0.5 * self.factor * f, self.factor * self.width * g]
 
     def gauss_newton_hessian(self, x: Any, _: Any, lam_f: Any, _lam_g: Any) -> list[Any]:
-        return [self._triangle(float(lam_f) * self._normal(x)[2])]
+        A = self._normal(x)[2]
+        return [self._triangle(float(lam_f) * (A + self.damping * np.diag(A.diagonal())))]
 
     def exact_hessian(self, x: Any, _: Any, lam_f: Any, _lam_g: Any) -> list[Any]:
         assert self.problem.hessian is not None

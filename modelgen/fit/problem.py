@@ -20,7 +20,7 @@ Normal = tuple[float, Vector, Matrix]
 
 WIDE = 100.0  # positive bounds further apart than this factor are searched by the logarithm
 ZERO = 1e-28  # r·r, relative to the start's, that is rounding
-FLAT = 1e-6  # cosine between r and J's columns at which a search that cannot go on counts as converged
+FLAT = 1e-10  # part of r·r: if no more is to be gained, a search that cannot go on has converged
 REACH = 10.0  # without bounds, a search box reaches this many |start| to either side
 
 
@@ -130,13 +130,16 @@ class Problem:
                 worst = max(worst, -value / (float(np.linalg.norm(g.gradient(theta) * self.width)) or 1.0))
         return worst if worst == worst else np.inf
 
-    def slope(self, theta: Vector, normal: Normal) -> float:
-        """The largest cosine between r and the column of J of a parameter that no bound holds."""
+    def promise(self, theta: Vector, normal: Normal) -> float:
+        """The part of r·r that one more Gauss–Newton step promises to remove: 0 at an optimum."""
         f, g, A = normal
         near = 1e-6 * self.width
         held = (theta - self.lower <= near) & (g > 0) | (self.upper - theta <= near) & (g < 0)
-        norms = np.sqrt(A.diagonal() * f)
-        return float(np.max(np.abs(g[~held]) / np.where(norms > 0, norms, 1)[~held], initial=0.0))
+        norms = np.sqrt(A.diagonal())
+        free = ~held & (norms > 0)
+        unit = A[np.ix_(free, free)] / np.outer(norms[free], norms[free])
+        slope = g[free] / norms[free]
+        return float(slope @ np.linalg.lstsq(unit, slope, rcond=1e-12)[0]) / f if f > 0 else 0.0
 
     def at_bound(self, theta: Vector, tolerance: Vector | None = None) -> NDArray[np.bool_]:
         """Which parameters (p,) lie on a bound, to `tolerance` (p,), else to 1e-9 of their width."""

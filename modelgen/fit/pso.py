@@ -31,13 +31,13 @@ class PSO(Method):
     """
 
     particles: int = 40
-    iterations: int = 300
+    iterations: int = 500
     w: float = 0.7298
     c1: float = 1.49618
     c2: float = 1.49618
     v_max: float = 0.5
     bounds_handling: Literal["reflect", "clip", "infinite"] = "reflect"
-    topology: Literal["global", "ring"] = "global"
+    topology: Literal["global", "ring"] = "ring"
     include_start: bool = True
     tol: float = 1e-9
     seed: int = 0
@@ -62,7 +62,7 @@ class PSO(Method):
         six unknowns in the box of Table 7 most single runs miss the global basin: use restarts and a local
         polish.
         """
-        return cls(12, iterations, 0.5, 2.0, 2.0, 0.5, "clip", include_start=False, seed=seed)
+        return cls(12, iterations, 0.5, 2.0, 2.0, 0.5, "clip", "global", include_start=False, seed=seed)
 
     @property
     def text(self) -> str:

@@ -1,0 +1,177 @@
+"""A model, its compiled function and recordings as one least-squares problem: the one residual of the project."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from modelgen.codegen.function import Function, Prepared
+from modelgen.errors import InputError
+from modelgen.fit.problem import Problem
+from modelgen.fit.series import Array, Series, Whitener
+from modelgen.language import Model, Parameter
+from modelgen.recordings import Case
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Which parameters are free, and where each recording finds its values in θ.
+
+    wrt: free parameters of a recording. names: entries of θ, `F_0[sweep]` where a recording has its own.
+    place: (recordings, wrt) positions in θ. own: names of parameters with a value of their own in each recording.
+    """
+
+    wrt: tuple[str, ...]
+    names: tuple[str, ...]
+    parameters: tuple[Parameter, ...]
+    place: Array
+    own: tuple[str, ...]
+
+
+def initial_parameters(model: Model) -> set[str]:
+    """Parameters that stand in initial values of states alone: the past of a recording, not its physics."""
+    initial: set[str] = set()
+    other: set[str] = set()
+    for s in model.statements:
+        for key in ("expr", "residual", "update", "rate", "initial"):
+            expr = getattr(s, key, None)
+            if expr is not None:
+                (initial if key == "initial" else other).update(x.name for x in expr.free_symbols)
+    return {p.name for p in model.scalar_parameters if p.name in initial - other}
+
+
+def make_layout(model: Model, case: Case, series: Sequence[Series]) -> Layout:
+    """Free are all parameters that are neither held by a constant nor `known` (unless the case gives bounds)."""
+    held = set(case.constants) | {n for s in series for n in s.constants}
+    free = [p for p in model.scalar_parameters if p.name not in held and (not p.known or p.name in case.bounds)]
+    own = [p.name for p in free if p.name in case.per_recording or p.name in initial_parameters(model)]
+    shared = [p for p in free if p.name not in own]
+    names, parameters = [p.name for p in shared], list(shared)
+    place = np.zeros((len(series), len(free)), dtype=int)
+    wrt = [p.name for p in free]
+    for k, p in enumerate(shared):
+        place[:, wrt.index(p.name)] = k
+    for r, s in enumerate(series):
+        for name in own:
+            place[r, wrt.index(name)] = len(names)
+            names.append(f"{name}[{s.name}]" if len(series) > 1 else name)
+            parameters.append(model.parameter(name))
+    bounded = tuple(_bounded(p, case.bounds) for p in parameters)
+    return Layout(tuple(wrt), tuple(names), bounded, place, tuple(own))
+
+
+def _bounded(p: Parameter, bounds: Mapping[str, tuple[float, float]]) -> Parameter:
+    from dataclasses import replace
+
+    low, high = bounds.get(p.name, p.bounds)
+    default = p.default
+    if default is not None and not low <= default <= high:
+        default = None
+    return replace(p, bounds=(float(low), float(high)), default=default)
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """Residuals of all `series` as a function of θ, whitened."""
+
+    model: Model
+    function: Function
+    layout: Layout
+    series: tuple[Series, ...]
+    constants: Mapping[str, float]
+
+    @cached_property
+    def prepared(self) -> tuple[Prepared, ...]:
+        ready = []
+        for s in self.series:
+            values: dict[str, Any] = {p.name: 0.0 for p in self.model.scalar_parameters if p.name in self.layout.wrt}
+            values |= {k: v for k, v in {**self.constants, **s.constants}.items()}
+            values |= {i.name: s.inputs[i.name] for i in self.model.inputs if i.name in s.inputs}
+            ready.append(self.function.prepare(**values))
+        return tuple(ready)
+
+    def local(self, theta: Array, k: int) -> Array:
+        """Values of `layout.wrt` in recording k."""
+        return np.asarray(theta)[self.layout.place[k]]
+
+    def raw(self, theta: Array, k: int) -> Array:
+        """Model minus data of recording k, (channels, n), not whitened."""
+        s = self.series[k]
+        out = self.prepared[k].values(self.local(theta, k), s.measure)[list(s.rows)]
+        return _difference(out, s)
+
+    def whitened(self, theta: Array, whiteners: Sequence[Whitener] | None = None) -> list[Array]:
+        """Whitened residuals, recording by recording, (channels, n) each."""
+        w = whiteners or [s.whitener for s in self.series]
+        return [w[k].apply(self.raw(theta, k)) for k in range(len(self.series))]
+
+    def linearised(self, theta: Array, whiteners: Sequence[Whitener] | None = None) -> tuple[Array, Array]:
+        """Whitened residual (N,) and Jacobian (N, len(theta)) over all recordings."""
+        size = len(self.layout.names)
+        rs, js = [], []
+        for k, s in enumerate(self.series):
+            out, jac = self.prepared[k].jacobian(self.local(theta, k), s.measure)
+            rows = list(s.rows)
+            w = (whiteners[k] if whiteners else s.whitener)
+            rs.append(w.apply(_difference(out[rows], s)).ravel())
+            white = w.apply(jac[rows])  # (channels, wrt, n)
+            full = np.zeros((white.shape[0], white.shape[2], size))
+            np.add.at(full, (slice(None), slice(None), self.layout.place[k]), white.transpose(0, 2, 1))
+            js.append(full.reshape(-1, size))
+        return np.concatenate(rs), np.concatenate(js)
+
+    def problem(self, start: Array | None = None, whiteners: Sequence[Whitener] | None = None) -> Problem:
+        """The least-squares problem for any optimiser."""
+        p = self.layout.parameters
+        begin = [np.nan if q.default is None else q.default for q in p] if start is None else start
+        low, high = np.array([q.bounds[0] for q in p]), np.array([q.bounds[1] for q in p])
+        return Problem(
+            self.layout.names, tuple(q.unit for q in p), low, high, np.clip(begin, low, high) if start is not None else np.array(begin),
+            residual=lambda t: np.concatenate([w.ravel() for w in self.whitened(t, whiteners)]),
+            linearise=lambda t: self.linearised(t, whiteners),
+            objective_batch=self._batch(whiteners),
+            n_data=sum(s.data.size for s in self.series),
+        )  # fmt: skip
+
+    def _batch(self, whiteners: Sequence[Whitener] | None) -> Any:
+        """Sums of squares of many parameter sets by the fused kernels, where the noise is independent."""
+        plans = []
+        for k, s in enumerate(self.series):
+            w = whiteners[k] if whiteners else s.whitener
+            kernel = f"sumsq_{s.measure}"
+            if w.root is not None or w.ar is not None or kernel not in self.function.addresses or len(s.rows) != self.function.channels(s.measure):
+                return None
+            weight = np.stack([np.abs(w.weight)] * 2) if np.iscomplexobj(w.weight) else w.weight
+            plans.append((self.prepared[k].pad(s.data), self.prepared[k].pad(weight)))
+
+        def batch(thetas: Array) -> Array:
+            total = np.zeros(len(thetas))
+            for k, (data, weight) in enumerate(plans):
+                local = np.ascontiguousarray(thetas[:, self.layout.place[k]])
+                total += self.prepared[k].sumsq(local, self.series[k].measure, data, weight)
+            return np.where(np.isfinite(total), total, np.inf)
+
+        return batch
+
+
+def _difference(out: Array, s: Series) -> Array:
+    e = out - s.data
+    return e - 360.0 * np.round(e / 360.0) if s.measure == "phase" else e
+
+
+def experiment(model: Model, case: Case, series: Sequence[Series], function: Function | None = None) -> Experiment:
+    """Put model, case and recordings together; compiles the model for the case's free parameters.
+
+    Raises InputError when nothing is free.
+    """
+    from modelgen.codegen import build
+
+    layout = make_layout(model, case, series)
+    if not layout.wrt:
+        raise InputError(f"nothing to fit: every parameter of '{model.id}' is held by a constant")
+    constants = {k: v for k, v in case.constants.items()}
+    return Experiment(model, function or build(model, layout.wrt), layout, tuple(series), constants)

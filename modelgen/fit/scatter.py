@@ -1,0 +1,29 @@
+"""The level of independent noise in a record, from how neighbouring samples differ: no model is needed."""
+
+from __future__ import annotations
+
+from math import comb
+from typing import Any
+
+import numpy as np
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+def local_scatter(x: Array, order: int = 4) -> float:
+    """Standard deviation of the independent part of a record x (n,), real or complex (then of each part).
+
+    Differences of order `order` remove what is smooth; their median is blind to a few outliers. A smooth record
+    without noise gives its rounding. Never zero: a constant record gives 1e-12 of its size.
+    """
+    x = np.asarray(x)
+    floor = 1e-12 * (float(np.max(np.abs(x))) or 1.0)
+    order = min(order, len(x) - 2)
+    if order < 1:
+        return max(floor, 1e-2 * float(np.max(np.abs(x))))
+    d = np.diff(x, order)
+    parts = np.concatenate([d.real, d.imag]) if np.iscomplexobj(d) else d
+    gain = np.sqrt(sum(comb(order, k) ** 2 for k in range(order + 1)))
+    mad = float(np.median(np.abs(parts))) / 0.6745 / gain
+    rms = float(np.sqrt(np.mean(parts**2))) / gain
+    return max(floor, mad if mad > 0 else rms)

@@ -1,0 +1,178 @@
+"""Recordings as a fit sees them: completed inputs, real channels of data, and the noise that whitens residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from modelgen.errors import InputError
+from modelgen.language import Model
+from modelgen.recordings import Case, Channel, Recording, Signature
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class Whitener:
+    """Turns residuals into independent ones of unit variance, as far as the noise is known.
+
+    weight: (channels, n) real, or (n,) complex, which multiplies the complex residual (so that a noise that is
+    relative to |Z| is turned into the frame of Z). root: (n, n), applied along the samples: the inverse of a
+    Cholesky factor of the correlation. ar: coefficients (1, a1, …) of a whitening filter along the samples.
+    """
+
+    weight: Array
+    root: Array | None = None
+    ar: Array | None = None
+
+    def apply(self, e: Array) -> Array:
+        """Whiten residuals or their derivatives: (channels, n) or (channels, columns, n), same shape back."""
+        w = self.weight
+        if np.iscomplexobj(w):
+            turned = (e[0] + 1j * e[1]) * w
+            white = np.stack([turned.real, turned.imag])
+        else:
+            white = e * (w if e.ndim == 2 else w[:, None, :])
+        if self.root is not None:
+            white = white @ self.root.T
+        if self.ar is not None:
+            from scipy.signal import lfilter
+
+            white = lfilter(self.ar, [1.0], white, axis=-1)
+        return white
+
+    def scaled(self, factor: float) -> Whitener:
+        """For noise that is `factor` times as large."""
+        return replace(self, weight=self.weight / factor)
+
+    def masked(self, keep: Array) -> Whitener:
+        """With samples down-weighted by `keep` (n,), 0 … 1."""
+        return replace(self, weight=self.weight * keep)
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """One recording ready for any model of the same signature.
+
+    inputs: recorded and derived ones. data: (channels, n). measure: what the channels are ("complex", "modulus",
+    "phase", "real"). rows: which of the model's real outputs the channels are. size: |data| per sample, for scale.
+    """
+
+    name: str
+    role: str
+    inputs: Mapping[str, Array]
+    data: Array
+    measure: str
+    rows: tuple[int, ...]
+    unit: str
+    whitener: Whitener
+    constants: Mapping[str, float] = field(default_factory=dict)
+    stated: bool = True
+    size: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def n(self) -> int:
+        return int(self.data.shape[1])
+
+
+def signature_of(model: Model) -> Signature:
+    """What a recording of `model` holds."""
+    from modelgen.language.quantities import is_complex
+
+    outputs = []
+    for o in model.outputs:
+        s = model[o.name]
+        outputs.append(Channel(o.name, s.unit, is_complex(getattr(s, "expr", 0)), o.measured_as))
+    return Signature(
+        model.id,
+        tuple(Channel(i.name, i.unit) for i in model.inputs if i.derived is None),
+        tuple(outputs),
+        {p.name: p.unit for p in model.scalar_parameters},
+        model.axis,
+    )
+
+
+def make_series(model: Model, case: Case, recording: Recording) -> Series:
+    """Complete one recording: derived inputs, channels, and the noise that is stated (or estimated) for it.
+
+    Raises InputError when the recording holds none of the model's fitted outputs.
+    """
+    from modelgen.codegen.inputs import complete_inputs
+    from modelgen.codegen.lower import primary_outputs
+
+    inputs, _ = complete_inputs(model, recording.inputs, _input_noise(model, case))
+    outputs = primary_outputs(model)
+    found = [o for o in outputs if o in recording.outputs]
+    if not found:
+        have = ", ".join(recording.outputs) or "nothing"
+        raise InputError(f"recording '{recording.name}' holds {have}, but a fit of '{model.id}' needs {' or '.join(outputs)}")
+    unit = model[found[0]].unit
+    y = recording.outputs[found[0]]
+    kind = recording.kinds[found[0]]
+    if kind == "complex":
+        data, measure, rows = np.stack([y.real, y.imag]), "complex", (0, 1)
+    elif kind in ("modulus", "phase"):
+        data, measure, rows = y[None, :], kind, (0,)
+    else:
+        data, measure = np.stack([recording.outputs[o] for o in found]), "real"
+        rows = tuple(outputs.index(o) for o in found)
+    weight, stated = _weight(case, recording, found, kind, y)
+    whitener = Whitener(weight, _calibration_root(model, case, recording, found[0], kind))
+    return Series(
+        recording.name, recording.role, inputs, np.ascontiguousarray(data), measure, rows, unit, whitener,
+        recording.constants, stated, np.abs(y),
+    )  # fmt: skip
+
+
+def _input_noise(model: Model, case: Case) -> dict[str, float | None]:
+    """Standard deviations of recorded inputs; None where it has to be estimated from the record."""
+    return {i.name: case.noise.sigma.get(i.name) for i in model.inputs if i.derived is None}
+
+
+def _weight(case: Case, recording: Recording, found: list[str], kind: str, y: Array) -> tuple[Array, bool]:
+    """1/σ of each sample, and whether σ is stated. Where it is not, impedances get a relative noise, others one level."""
+    from modelgen.fit.scatter import local_scatter
+
+    first = found[0]
+    absolute, relative = case.noise.sigma.get(first), case.noise.relative.get(first)
+    if kind in ("complex", "modulus"):
+        if absolute is None or relative is not None:
+            spread = relative or local_scatter(np.log(y) if kind == "modulus" else _unwrapped_log(y))
+            sigma = spread * np.abs(y)
+        else:
+            sigma = np.full(y.shape, absolute)
+        stated = relative is not None or absolute is not None
+        if kind == "complex":
+            return np.conj(y) / np.abs(y) / sigma, stated  # turned into the frame of Z
+        return 1.0 / sigma[None, :], stated
+    rows, stated = [], True
+    for o in found:
+        x = recording.outputs[o]
+        a, r = case.noise.sigma.get(o), case.noise.relative.get(o)
+        stated = stated and (a is not None or r is not None)
+        level = a if a is not None else r * np.abs(x) if r is not None else local_scatter(x)
+        rows.append(1.0 / np.broadcast_to(level, x.shape))
+    return np.stack(rows), stated
+
+
+def _unwrapped_log(z: Array) -> Array:
+    return np.log(np.abs(z)) + 1j * np.unwrap(np.angle(z))
+
+
+def _calibration_root(model: Model, case: Case, recording: Recording, output: str, kind: str) -> Array | None:
+    """Whitens a smooth relative instrument error with correlation length in ln f on top of independent noise."""
+    stated = case.noise.calibration.get(output)
+    if stated is None or kind not in ("complex", "modulus"):
+        return None
+    from scipy.linalg import solve_triangular
+
+    rms, length = stated
+    relative = case.noise.relative.get(output)
+    axis = np.log(np.asarray(recording.inputs[model.axis]))
+    own = np.full(axis.shape, relative if relative else 1e-3 * rms)
+    smooth = np.exp(-0.5 * ((axis[:, None] - axis[None, :]) / length) ** 2)
+    correlation = np.eye(len(axis)) + (rms / own[:, None]) * smooth * (rms / own[None, :])
+    return np.asarray(solve_triangular(np.linalg.cholesky(correlation), np.eye(len(axis)), lower=True))
