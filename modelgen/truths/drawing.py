@@ -14,7 +14,12 @@ from .secret import DOMAINS, KINDS, NOISES, NOISES_OF, NotDetectable, Secret, fa
 from .solve import Refit, Scene, size_for, tangent
 
 Rng = np.random.Generator
-DRAWS: dict[str, ModuleType] = {"impedance": impedance_draw, "gmm": gmm_draw, "force": force_draw}
+DRAWS: dict[str, ModuleType] = {
+    "impedance": impedance_draw,
+    "gmm": gmm_draw,
+    "force": force_draw,
+    "stiffness": stiffness,
+}
 
 # Exactly absorbed by the base parameters, so never drawn unless asked for.
 ABSORBED = {
@@ -28,13 +33,12 @@ PAIR_DEPTH = 40.0  # each of a pair leaves at least this d² when the other is k
 
 def sizes(domain: str) -> dict[str, tuple[float, float]]:
     """effect -> (first size tried, largest plausible size) of a domain."""
-    found = stiffness.SIZES if domain == "stiffness" else DRAWS[domain].SIZES
-    return dict(found)
+    return dict(DRAWS[domain].SIZES)
 
 
 def variants(domain: str) -> dict[str, str]:
     """law -> effect that it is a law of."""
-    return dict(stiffness.VARIANTS if domain == "stiffness" else DRAWS[domain].VARIANTS)
+    return dict(DRAWS[domain].VARIANTS)
 
 
 def scene_of(secret: Secret) -> Scene:
@@ -107,16 +111,11 @@ def _attempt(
     seed: int,
 ) -> Secret:
     effects, law = _choose(rng, kind, domain, effect)
-    base = _base(rng, domain)
-    setup = (stiffness if domain == "stiffness" else DRAWS[domain]).draw_setup(rng, base, effects)
+    base = DRAWS[domain].draw_base(rng)
+    setup = DRAWS[domain].draw_setup(rng, base, effects)
     levels = draw_levels(rng, domain, noise)
     plain = Secret(domain, effects, {}, base, noise, seed, law, kind, setup, levels)
     return conceal(rng, plain, d2)
-
-
-def _base(rng: Rng, domain: str) -> dict[str, float]:
-    base: dict[str, float] = (force_draw if domain == "stiffness" else DRAWS[domain]).draw_base(rng)
-    return {k: v for k, v in base.items() if not (domain == "stiffness" and k == "F_0")}
 
 
 def _choose(
@@ -144,7 +143,7 @@ def _choose(
 def conceal(rng: Rng, plain: Secret, d2: tuple[float, float]) -> Secret:
     """Give each effect its form, and the strength at which the base model hides it to a depth in `d2`."""
     scene = scene_of(plain)
-    former = (stiffness if plain.domain == "stiffness" else DRAWS[plain.domain]).draw_form
+    former = DRAWS[plain.domain].draw_form
     strength: dict[str, dict[str, Any]] = {}
     depth: dict[str, float] = {}
     fit = scene.refit(scene.simulate({}))

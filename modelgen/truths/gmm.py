@@ -16,7 +16,7 @@ from scipy.special import jv
 
 from . import elements as el
 from .elements import Array, Complex
-from .impedance import Scale, cable_trap, capacitor, frequencies, mains_hum, viscoelastic
+from .impedance import Scale, cable_trap, capacitor, frequencies, mains_hum, suspension, viscoelastic
 from .noise import sweep_whitener
 from .solve import Refit, Responses, Strength, refit_sweep
 
@@ -109,8 +109,7 @@ def _winding(w: Array, e: Strength, top: float, order: Array) -> Complex:
 def _rod(w: Array, K: complex, e: Strength, top: float) -> Complex:
     """Impedance [N·s/m] of the clamped rod at its driven end; its mass counts only where waves do."""
     if s := e.get("distributed_rod"):
-        loss = 1 - 1j * s["eta"] if s["law"] == "lossy_rod" else 1.0  # of the waves; the static one is S''
-        return el.rod_clamped(w, K, K.real * loss * (s["size"] / top) ** 2)
+        return suspension(w, K, s, top)
     return np.asarray(K / (1j * w))
 
 

@@ -141,6 +141,8 @@ def _mechanical(w: Array, p: Base, e: Strength, scale: Scale) -> Complex:
     """Mechanical impedance [N·s/m] that the coil's force acts on."""
     R, K, M, w0 = p["R_m"], p["K_m"], scale.mass, scale.w0
     spring, moving = viscoelastic(w, K, e, w0), mass(w, p["M_m"], e, scale)
+    if (s := e.get("distributed_rod")) and s["law"] != "moving_rod":
+        spring = spring - K + 1j * w * suspension(w, K, s, scale.top)
     Z = R * np.ones(len(w)) + spring / (1j * w) + moving
     if s := e.get("contact_damping"):
         Z = Z + s["size"] * R
@@ -161,6 +163,12 @@ def _mechanical(w: Array, p: Base, e: Strength, scale: Scale) -> Complex:
     if "cubic_stiffness" in e or "quadratic_damping" in e:
         Z = _at_amplitude(w, Z, p, e, w0)
     return np.asarray(Z)
+
+
+def suspension(w: Array, K: complex, s: Form, top: float) -> Complex:
+    """Impedance [N·s/m] of a spring with waves in it, far end held; size is kl at the top frequency."""
+    loss = 1 - 1j * s["eta"] if s["law"] == "lossy_rod" else 1.0  # of the waves alone
+    return el.rod_clamped(w, K, K.real * loss * (s["size"] / top) ** 2)
 
 
 def viscoelastic(w: Array, K: float, e: Strength, w0: float) -> Complex:
@@ -194,10 +202,9 @@ def stretched(x: Array, beta: float) -> Complex:
 def mass(w: Array, M: float, e: Strength, scale: Scale) -> Complex:
     """Impedance of the moving mass, part of which may be a rod that waves travel in."""
     z = np.asarray(1j * w * M)
-    if s := e.get("distributed_rod"):
-        loss = 1 + 1j * s["eta"] if s["law"] == "lossy_rod" else 1.0
+    if (s := e.get("distributed_rod")) and s["law"] == "moving_rod":
         rod = s["share"] * scale.mass
-        z = z - 1j * w * rod + el.rod_free(w, rod * (scale.top / s["size"]) ** 2 * loss, rod)
+        z = z - 1j * w * rod + el.rod_free(w, rod * (scale.top / s["size"]) ** 2, rod)
     if s := e.get("inertia"):
         z = z + 1j * w * s["size"] * scale.mass
     return z

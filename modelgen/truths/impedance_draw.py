@@ -27,7 +27,7 @@ SIZES: dict[str, tuple[float, float]] = {
     "leakage_inductance": (0.1, 3.0),
     "permeability_relaxation": (0.05, 3.0),
     "second_mode": (0.01, 0.6),
-    "distributed_rod": (0.3, 2.6),
+    "distributed_rod": (0.3, 6.0),
     "radiation_load": (0.02, 3.0),
     "contact_compliance": (0.01, 0.5),
     "novel:cavity_comb": (0.01, 2.0),
@@ -38,6 +38,7 @@ SIZES: dict[str, tuple[float, float]] = {
 VARIANTS: dict[str, str] = {
     "lossy_capacitor": "coil_capacitance",
     "lossy_rod": "distributed_rod",
+    "moving_rod": "distributed_rod",
     "two_cell_ladder": "eddy_shunt",
     "shorted_turn": "eddy_shunt",
     "solid_core": "semi_inductance",

@@ -1,8 +1,9 @@
-"""A sample's complex stiffness against frequency at given amplitudes, from one steady cycle followed in time.
+"""A sample's stiffness and loss angle against frequency at given amplitudes, from a steady cycle in time.
 
-The cycle's force is built point by point (friction by Dahl's closed form over the two strokes, nonlinear
-springs and dampers by their laws), and its first harmonic over that of the displacement is K* = k_s e^{jδ}.
-Linear memory is added to K* in frequency. Units N/mm, mm, deg.
+The cycle's force is built point by point: friction by Dahl's closed form over the strokes, nonlinear springs
+and dampers by their laws, linear memory as a complex stiffness. As in the MRE paper, k_s is the greatest
+force over the amplitude (eq. 4), and the loss angle asin(h_s/A_F), with h_s the force at z = 0 (eq. 6).
+Units N/mm, mm, deg.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from .solve import Refit, Responses, Strength, refit_sweep
 
 Rng = np.random.Generator
 POINTS, CYCLES = 512, 8
+THETA = 2 * np.pi * np.arange(POINTS) / POINTS
 W1 = 2 * np.pi
 
 SIZES: dict[str, tuple[float, float]] = {
@@ -79,22 +81,44 @@ class StiffnessScene:
         return np.concatenate([x.ravel() for x in e])
 
     def _sweep(self, p: Mapping[str, float], i: int, e: Strength) -> Array:
-        K = complex_stiffness(2 * np.pi * self.f[i], p, e, float(self.sweeps[i]["known"]["A_z"]), self.reach)
-        return np.array([np.abs(K), np.degrees(np.angle(K))])
+        A = float(self.sweeps[i]["known"]["A_z"])
+        return measured(steady_cycle(2 * np.pi * self.f[i], p, e, A, self.reach), A)
 
 
-def complex_stiffness(w: Array, p: Mapping[str, float], e: Strength, A: float, reach: float) -> Complex:
-    """K* [N/mm] at ω [rad/s] and displacement amplitude A [mm]."""
-    k = p["k_D"] + 0j
+def steady_cycle(w: Array, p: Mapping[str, float], e: Strength, A: float, reach: float) -> Array:
+    """Force [N] over one cycle of z = -A cos θ, shape (n, POINTS), at ω [rad/s], shape (n,)."""
+    K = _linear(w, p, e, A, reach)[:, None]
+    F = A * (K.imag * np.sin(THETA) - K.real * np.cos(THETA)) + _nonlinear(p, e, A, reach)
+    if s := e.get("quadratic_damping"):
+        v = w[:, None] * A * np.sin(THETA)
+        F = F + p["c_D"] * s["size"] * v * np.abs(v) / (W1 * 10 * reach)
+    if s := e.get("temperature_drift"):
+        F = F * (1 - s["size"] * -np.expm1(-np.linspace(0, 1, len(w)) / s["tau"]))[:, None]
+    order = 1j * w[:, None] * np.arange(POINTS // 2 + 1)  # jω of each harmonic
+    gain = np.ones_like(order)
+    if s := e.get("force_sensor_lag"):
+        gain = gain / (1 + order * s["size"])
+    if s := e.get("sensor_delay"):
+        gain = gain * np.exp(-order * s["size"])
+    return np.asarray(np.fft.irfft(np.fft.rfft(F, axis=1) * gain, POINTS, axis=1))
+
+
+def measured(F: Array, A: float) -> Array:
+    """k_s [N/mm] and loss angle [deg], (2, n), of cycles (n, POINTS); peaks by a parabola."""
+    top = np.argmax(F, axis=1)
+    at = np.arange(len(F))
+    before, peak, after = (F[at, (top + i) % POINTS] for i in (-1, 0, 1))
+    A_F = peak - (after - before) ** 2 / (8 * (after - 2 * peak + before))
+    h_s = F[:, POINTS // 4]
+    return np.array([A_F / A, np.degrees(np.arcsin(np.clip(h_s / A_F, -1, 1)))])
+
+
+def _linear(w: Array, p: Mapping[str, float], e: Strength, A: float, reach: float) -> Complex:
+    """Complex stiffness [N/mm] of spring, dashpot and all that is linear in the displacement."""
+    k, mass = p["k_D"] * np.ones(len(w), complex), p["k_D"] / (10 * W1) ** 2
     if s := e.get("payne_softening"):
         k = k * (1 - s["size"] * (1 - 1 / (1 + (A / (s["at"] * reach)) ** 2)))
-    K = k + 1j * w * p["c_D"] + _cycle(p, e, A, reach)
-    K = K + p["k_D"] * _memory(w, e)
-    if s := e.get("quadratic_damping"):
-        theta = 2 * np.pi * np.arange(POINTS) / POINTS
-        square = 2 * float(np.mean(np.abs(np.sin(theta)) * np.sin(theta) ** 2))
-        K = K + 1j * w * p["c_D"] * s["size"] * square * w * A / (W1 * 10 * reach)
-    mass = p["k_D"] / (10 * W1) ** 2
+    K = k + 1j * w * p["c_D"] + p["k_D"] * _memory(w, e)
     if s := e.get("inertia"):
         K = K - s["size"] * mass * w**2
     if s := e.get("second_mode"):
@@ -103,15 +127,14 @@ def complex_stiffness(w: Array, p: Mapping[str, float], e: Strength, A: float, r
         K = K + 1j * w * sum(
             el.resonator(w, s["size"] * mass / n, s["at"] * n * W1, s["q"]) for n in (1, 2, 3, 4, 5)
         )
-    if s := e.get("temperature_drift"):
-        K = K * (1 - s["size"] * -np.expm1(-np.linspace(0, 1, len(w)) / s["tau"]))
-    return _measured(w, np.asarray(K), p["k_D"], e)
+    if s := e.get("contact_compliance"):
+        K = 1 / (1 / K + s["size"] / p["k_D"])
+    return K
 
 
-def _cycle(p: Mapping[str, float], e: Strength, A: float, reach: float) -> complex:
-    """First harmonic over A of friction and nonlinear springs, from the last of some cycles -A cos θ."""
-    theta = 2 * np.pi * np.arange(CYCLES * POINTS + 1) / POINTS
-    x = -A * np.cos(theta)
+def _nonlinear(p: Mapping[str, float], e: Strength, A: float, reach: float) -> Array:
+    """Friction and nonlinear springs [N] over the last of some cycles, (POINTS,)."""
+    x = -A * np.cos(2 * np.pi * np.arange(CYCLES * POINTS + 1) / POINTS)
     steady = -float(np.tanh(p["rho"] * A))  # at the lower reversal, from symmetry
     if s := e.get("dahl_exponent"):
         r = friction.dahl_power(x, p["rho"], float(np.exp(s["sign"] * s["size"])), steady)
@@ -123,9 +146,7 @@ def _cycle(p: Mapping[str, float], e: Strength, A: float, reach: float) -> compl
     F = p["h_D"] * r
     if s := e.get("cubic_stiffness"):
         F = F + s["size"] * p["k_D"] * x**3 / reach**2
-    last = F[-POINTS - 1 : -1]
-    harmonic = np.exp(-1j * theta[:POINTS])
-    return complex((last @ harmonic) / (x[:POINTS] @ harmonic))
+    return np.asarray(F[-POINTS - 1 : -1])
 
 
 def _memory(w: Array, e: Strength) -> Complex:
@@ -143,23 +164,24 @@ def _memory(w: Array, e: Strength) -> Complex:
     return K
 
 
-def _measured(w: Array, K: Complex, k: float, e: Strength) -> Complex:
-    if s := e.get("contact_compliance"):
-        K = 1 / (1 / K + s["size"] / k)
-    if s := e.get("force_sensor_lag"):
-        K = K / (1 + 1j * w * s["size"])
-    if s := e.get("sensor_delay"):
-        K = K * np.exp(-1j * w * s["size"])
-    return K
+def draw_base(rng: Rng) -> dict[str, float]:
+    """Parameters like the paper's, with a dashpot that doesn't yet outweigh the spring at 15 Hz."""
+    p = {
+        "k_D": rng.uniform(0.3, 0.8),
+        "c_D": float(np.exp(rng.uniform(np.log(0.002), np.log(0.012)))),
+        "h_D": float(np.exp(rng.uniform(np.log(0.03), np.log(0.3)))),
+        "rho": rng.uniform(1, 3),
+    }
+    return {k: float(f"{v:.6g}") for k, v in p.items()}
 
 
 def draw_setup(rng: Rng, base: Mapping[str, float], effects: Sequence[str]) -> dict[str, Any]:
-    """Two or three amplitudes to fit, 1-30 Hz or 0.1-30 Hz, and one in between held out."""
+    """Two or three amplitudes to fit, 0.1 or 0.3 to 15 Hz, and one in between held out."""
     amplitudes = [0.4, 0.8] if rng.random() < 0.5 else [0.2, 0.6, 2.0]
     roles = ["fit"] * len(amplitudes) + ["holdout"]
     lo, n = float(rng.choice([0.1, 0.3])), int(rng.integers(25, 61))
     sweeps = [
-        {"lo": lo, "hi": 30.0, "n": n, "role": role, "known": {"A_z": A}}
+        {"lo": lo, "hi": 15.0, "n": n, "role": role, "known": {"A_z": A}}
         for A, role in zip([*amplitudes, 0.5], roles, strict=True)
     ]
     return {"sweeps": sweeps, "constants": {}, "free": ["k_D", "c_D", "h_D", "rho"]}
