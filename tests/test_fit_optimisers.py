@@ -73,6 +73,31 @@ def test_bounded_linear_problems_agree_with_bvls(seed: int, p: int) -> None:
     assert found.converged
 
 
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6), st.integers(2, 6))
+def test_gauss_newton_never_stops_short_of_an_optimum(seed: int, p: int) -> None:
+    # strongly coupled and saturating: many a step meets several bounds at once
+    rng = np.random.default_rng(seed)
+    A, B, b = (
+        rng.standard_normal((2 * p, 2 * p)),
+        rng.standard_normal((2 * p, p)),
+        3 * rng.standard_normal(2 * p),
+    )
+
+    def linearise(x):
+        y = np.tanh(B @ x)
+        return A @ y - b, A @ ((1 - y**2)[:, None] * B)
+
+    P = problem(
+        " ".join("abcdef"[:p]), -1, 1, rng.uniform(-1, 1, p), lambda x: linearise(x)[0], linearise=linearise
+    )
+    found = GaussNewton().run(P)
+    assert found.converged
+    f, g, _ = P.normal_equations(found.theta)
+    pull = np.where(found.theta <= -1, np.minimum(g, 0), np.where(found.theta >= 1, np.maximum(g, 0), g))
+    assert np.abs(pull).max() <= 1e-4 * np.linalg.norm(P.jacobian(found.theta)[1], axis=0).max() * np.sqrt(f)
+
+
 def test_ipopt_agrees_with_bvls() -> None:
     rng = np.random.default_rng(5)
     A, b = rng.standard_normal((9, 5)), rng.standard_normal(9)
@@ -86,7 +111,7 @@ def test_ipopt_agrees_with_bvls() -> None:
 @given(
     st.lists(st.floats(-8, 8), min_size=3, max_size=3),
     st.lists(st.floats(-3, 3), min_size=3, max_size=3),
-    st.sampled_from([GaussNewton(), IPOPT(), PSO(20, 40)]),
+    st.sampled_from([GaussNewton(), IPOPT(), PSO(25, 200)]),
 )
 def test_affine_change_of_parameters_does_not_move_the_optimum(decades, shifts, method) -> None:
     noisy = DATA + 0.1 * np.random.default_rng(3).standard_normal(T.size)
@@ -133,7 +158,7 @@ def test_swarm_stays_within_the_bounds_and_finds_the_valley(bounds_handling, top
     found = PSO(bounds_handling=bounds_handling, topology=topology).run(P)
     assert found.value < 1e-4
     assert np.abs(np.vstack(asked)).max() <= 2
-    assert len(asked) <= 301  # the whole swarm in one call
+    assert len(asked) <= 501  # the whole swarm in one call
     assert list(found.history) == sorted(found.history, reverse=True)
 
 

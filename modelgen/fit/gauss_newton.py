@@ -88,7 +88,7 @@ class GaussNewton(Method):
 
 
 def _scale(A: Matrix, before: Vector) -> Vector:
-    """The largest column norms of J so far (p,), so that what goes blind stays damped; 1 if it does nothing."""
+    """The largest column norms of J so far (p,): what goes blind stays damped; 1 for what does nothing."""
     D = np.maximum(np.sqrt(A.diagonal()), before)
     D[D == 0] = 1.0
     return D

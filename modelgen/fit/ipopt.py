@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal
@@ -65,7 +68,8 @@ class IPOPT(Method):
         theta, f_start, damping, reason = start, f, 0.0, Reason.BUDGET
         for renewed in range(PASSES):
             scaled = _Scaled(problem, watch, theta, f or 1.0, damping, self.max_iter)
-            status, theta = self._pass(scaled, renewed > 0)
+            with scaled.kept_together():
+                status, theta = self._pass(scaled, renewed > 0)
             reason = _REASONS.get(status, Reason.FAILED)
             normal = watch.normal_equations(theta)
             before, f = f, normal[0]
@@ -114,12 +118,9 @@ class IPOPT(Method):
         solver = ca.nlpsol(
             "fit", "ipopt", nlp, options | self._options(warm, self.max_iter - scaled.watch.iterations)
         )
-        try:
-            found = solver(
-                x0=np.zeros(p), lbx=scaled.low, ubx=scaled.high, lbg=np.zeros(m), ubg=np.full(m, np.inf)
-            )
-        finally:
-            scaled.reraise()
+        found = solver(
+            x0=np.zeros(p), lbx=scaled.low, ubx=scaled.high, lbg=np.zeros(m), ubg=np.full(m, np.inf)
+        )
         return solver.stats()["return_status"], scaled.theta(found["x"])
 
     def _options(self, warm: bool, left: int) -> dict[str, Any]:
@@ -156,6 +157,7 @@ class _Scaled:
         slopes = [np.linalg.norm(g.gradient(center) * self.width) for g in problem.constraints]
         self.condition_scale = np.array([1 / slope if slope > 0 else 1.0 for slope in slopes])
         self.raised: BaseException | None = None
+        self._in_model = False
         self._at: tuple[bytes, Normal] | None = None
 
     def theta(self, x: Any) -> Vector:
@@ -163,10 +165,32 @@ class _Scaled:
         theta = self.center + self.width * np.asarray(x, dtype=float).ravel()
         return np.clip(theta, self.problem.lower, self.problem.upper)
 
-    def reraise(self) -> None:
-        """Raise what the model raised inside a callback: it must not cross the solver's frames."""
-        if self.raised is not None:
-            raise self.raised
+    @contextmanager
+    def kept_together(self) -> Iterator[None]:
+        """Let nothing that is raised cross the solver's frames: raise it at the end.
+
+        Ctrl-C inside the model is such an exception; while the solver itself works it only leaves a note, as
+        CasADi would take it for a failure of the solver.
+        """
+
+        def interrupted(*_: Any) -> None:
+            if self._in_model:
+                raise KeyboardInterrupt
+            self.raised = KeyboardInterrupt()
+
+        ours = (
+            threading.current_thread() is threading.main_thread()
+            and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        )
+        if ours:
+            signal.signal(signal.SIGINT, interrupted)
+        try:
+            yield
+        finally:
+            if ours:
+                signal.signal(signal.SIGINT, signal.default_int_handler)
+            if self.raised is not None:
+                raise self.raised
 
     def objective(self, x: Any) -> list[Any]:
         return [0.5 * self.factor * self._normal(x)[0]]
@@ -182,25 +206,33 @@ class _Scaled:
 
     def exact_hessian(self, x: Any, _: Any, lam_f: Any, _lam_g: Any) -> list[Any]:
         assert self.problem.hessian is not None
-        return [self._triangle(float(lam_f) * self.problem.hessian(self.theta(x)))]
+        return [self._triangle(float(lam_f) * self._ask(self.problem.hessian, self.theta(x)))]
 
     def conditions(self, x: Any) -> list[Any]:
         theta = self.theta(x)
-        return [np.array([g.value(theta) for g in self.problem.constraints]) * self.condition_scale]
+        values = [self._ask(g.value, theta) for g in self.problem.constraints]
+        return [np.array(values) * self.condition_scale]
 
     def condition_slopes(self, x: Any, _: Any) -> list[Any]:
         theta = self.theta(x)
-        rows = np.array([g.gradient(theta) * self.width for g in self.problem.constraints])
+        rows = np.array([self._ask(g.gradient, theta) * self.width for g in self.problem.constraints])
         return [*self.conditions(x), rows * self.condition_scale[:, None]]
 
-    def guarded(self, function: Callable[..., list[Any]], arguments: Sequence[Any]) -> list[Any]:
-        """Call `function`; keep what it raises for `reraise`, and let CasADi see a plain failure."""
+    def guarded(self, function: Callable[..., list[Any]], arguments: Sequence[Any], n_out: int) -> list[Any]:
+        """Call `function`; keep what it raises for later, and let the solver see a plain 0 from then on, where it stops."""
         try:
             if self.raised is None:
                 return function(*arguments)
         except BaseException as why:
             self.raised = why
-        raise ArithmeticError("stopped")
+        return [0.0] * n_out
+
+    def _ask(self, function: Callable[[Vector], Any], theta: Vector) -> Any:
+        self._in_model = True
+        try:
+            return function(theta)
+        finally:
+            self._in_model = False
 
     def _triangle(self, hessian: Matrix) -> Any:
         import casadi as ca
@@ -211,7 +243,7 @@ class _Scaled:
         theta = self.theta(x)
         key = theta.tobytes()
         if self._at is None or self._at[0] != key:
-            self._at = key, self.watch.normal_equations(theta)
+            self._at = key, self._ask(self.watch.normal_equations, theta)
         return self._at[1]
 
 
@@ -245,6 +277,6 @@ def _callback_class() -> Any:
             return self.outputs[i][1]
 
         def eval(self, arguments: Sequence[Any]) -> list[Any]:
-            return self.function.__self__.guarded(self.function, arguments)
+            return self.function.__self__.guarded(self.function, arguments, len(self.outputs))
 
     return Callback
