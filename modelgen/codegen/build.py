@@ -1,17 +1,20 @@
-"""Builds models: C text, library in the cache, callable function."""
+"""Builds models: C text, library in the cache, callable function. What was built once is found again by its hash."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
+from dataclasses import asdict
+from functools import cache, lru_cache
 from pathlib import Path
 
-from modelgen.codegen.compiler import FAST, QUICK, compile_library
-from modelgen.codegen.emit import Source, emit
+from modelgen.codegen.compiler import FAST, QUICK, cache_folder, compile_library, find_compiler
+from modelgen.codegen.emit import Kernel, Source, emit, templates_folder
 from modelgen.codegen.function import Function, load
-from modelgen.codegen.program import Program, build_program
+from modelgen.codegen.program import build_program
 from modelgen.errors import ToolError
 from modelgen.language import Model
 
@@ -34,29 +37,82 @@ def build(model: Model, wrt: Sequence[str] | None = None) -> Function:
 
 @lru_cache(maxsize=64)
 def _build(model: Model, wrt: tuple[str, ...]) -> Function:
-    program = build_program(model, wrt)
-    source = emit(program, ALL)
-    library = compile_library({f"{source.prefix}.h": source.header, f"{source.prefix}.c": source.source}, FAST)
-    return load(program, source, library)
+    return build_many([(model, wrt)], ALL, quick=False)[0]
 
 
-def build_many(models: Sequence[tuple[Model, tuple[str, ...]]], kernels: Sequence[str] = ("jacobian",)) -> list[Function]:
-    """Compile many models at once, quickly: one library a core, kept in the cache. Order is kept."""
-    made: list[tuple[Program, Source]] = []
-    for k, (model, wrt) in enumerate(models):
-        program = build_program(model, wrt)
-        made.append((program, emit(program, kernels, prefix=f"{model.id}_{k}")))
-    cores = max(1, min(os.cpu_count() or 1, (len(made) + 7) // 8))
-    groups = [made[c::cores] for c in range(cores)]
-    with ThreadPoolExecutor(cores) as pool:
-        libraries = list(pool.map(_compile_group, groups))
-    where = {id(p): lib for group, lib in zip(groups, libraries, strict=True) for p, _ in group}
-    return [load(p, s, where[id(p)]) for p, s in made]
+def build_many(
+    models: Sequence[tuple[Model, tuple[str, ...]]],
+    kernels: Sequence[str] = ("jacobian",),
+    measures: Sequence[str] | None = None,
+    quick: bool = True,
+) -> list[Function]:
+    """Compile many models at once, one library a core; `quick` saves time at the compiler. Order is kept.
+
+    `measures` limits the kernels to what is compared with data ("complex", "modulus", "phase", "real").
+    """
+    level = QUICK if quick else FAST
+    keys = [_key(m, wrt, kernels, measures, level) for m, wrt in models]
+    found = {k: _remembered(k) for k in set(keys)}
+    missing = {k: mw for k, mw in zip(keys, models, strict=True) if found[k] is None}
+    if missing:
+        sources = {k: emit(build_program(m, w), kernels, _prefix(m, k, len(models)), measures) for k, (m, w) in missing.items()}
+        cores = max(1, min(os.cpu_count() or 1, (len(missing) + 3) // 4))
+        groups = [list(sources)[c::cores] for c in range(cores)]
+        with ThreadPoolExecutor(cores) as pool:
+            libraries = list(pool.map(lambda g: _compile([sources[k] for k in g], level), groups))
+        for group, library in zip(groups, libraries, strict=True):
+            for k in group:
+                found[k] = (sources[k], library)
+                _remember(k, sources[k], library)
+    return [load(m, w, *_found(found[k])) for k, (m, w) in zip(keys, models, strict=True)]
 
 
-def _compile_group(group: list[tuple[Program, Source]]) -> Path:
-    files = {f"{s.prefix}.{end}": text for _, s in group for end, text in (("h", s.header), ("c", s.source))}
-    return compile_library(files, QUICK)
+def _found(pair: tuple[Source, Path] | None) -> tuple[Source, Path]:
+    assert pair is not None
+    return pair
+
+
+def _prefix(model: Model, key: str, count: int) -> str:
+    return "" if count == 1 else f"{model.id}_{key[:10]}"
+
+
+def _compile(sources: list[Source], level: tuple[str, ...]) -> Path:
+    files = {f"{s.prefix}.{end}": text for s in sources for end, text in (("h", s.header), ("c", s.source))}
+    return compile_library(files, level)
+
+
+@cache
+def _code_version() -> str:
+    """Hash of the code that makes code: what it built before, an edited version of it builds again."""
+    here = Path(__file__).parent
+    files = [*here.glob("*.py"), *templates_folder().glob("*.j2"), here.parent / "language" / "functions.py"]
+    return hashlib.sha256(b"".join(f.read_bytes() for f in sorted(files))).hexdigest()
+
+
+def _key(model: Model, wrt: Sequence[str], kernels: Sequence[str], measures: Sequence[str] | None, level: tuple[str, ...]) -> str:
+    compiler = find_compiler()
+    parts = (model.hash, model.options, tuple(wrt), tuple(kernels), measures and tuple(measures), compiler.identity, compiler.flags(level))
+    return hashlib.sha256(repr(parts).encode() + _code_version().encode()).hexdigest()[:24]
+
+
+def _remembered(key: str) -> tuple[Source, Path] | None:
+    """A model built before, without its text; None when it is not there whole."""
+    try:
+        kept = json.loads((cache_folder() / f"{key}.json").read_text())
+        library = cache_folder() / kept.pop("library")
+        kernels = tuple(Kernel(**k) for k in kept.pop("kernels"))
+        equations = tuple((n, bool(c)) for n, c in kept.pop("equations"))
+        for name in ("measures", "outputs", "complex_outputs"):
+            kept[name] = tuple(kept[name])
+        return (Source(kernels=kernels, equations=equations, **kept), library) if library.exists() else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _remember(key: str, source: Source, library: Path) -> None:
+    kept = asdict(source) | {"library": library.name, "header": "", "source": ""}
+    kept["kernels"] = [k | {"code": ""} for k in kept["kernels"]]
+    write_atomically(cache_folder() / f"{key}.json", json.dumps(kept))
 
 
 def generate(model: Model, folder: Path) -> tuple[Path, Path]:

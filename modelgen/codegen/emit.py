@@ -45,6 +45,8 @@ class Source:
     staged: int
     equations: tuple[tuple[str, bool], ...]
     measures: tuple[str, ...]
+    outputs: tuple[str, ...]
+    complex_outputs: tuple[bool, ...]
 
 
 def templates_folder() -> Path:
@@ -66,9 +68,9 @@ def environment() -> Any:
     )
 
 
-def emit(program: Program, wanted: Sequence[str] = ("values", "jacobian", "sumsq", "normal", "all"), prefix: str = "") -> Source:
+def emit(program: Program, wanted: Sequence[str] = ("values", "jacobian", "sumsq", "normal", "all"), prefix: str = "", measures: Sequence[str] | None = None) -> Source:
     """C of `program` with the kernels `wanted`. The same program gives the same bytes."""
-    stages = Stages(program)
+    stages = Stages(program, measures)
     prefix = prefix or c_name(program.model.id)
     kernels: list[Kernel] = []
     if not stages.batch:
@@ -88,7 +90,7 @@ def emit(program: Program, wanted: Sequence[str] = ("values", "jacobian", "sumsq
         kernels.append(_all(stages, prefix))
     roots = [_root(stages, r) for r in program.roots]
     header, source = _render(program, stages, prefix, kernels, roots)
-    return Source(prefix, header, source, tuple(kernels), len(stages.staged), equations, stages.measures)
+    return Source(prefix, header, source, tuple(kernels), len(stages.staged), equations, stages.measures, program.outputs, program.complex_outputs)
 
 
 def _render(program: Program, stages: Stages, prefix: str, kernels: list[Kernel], roots: list[Any]) -> tuple[str, str]:

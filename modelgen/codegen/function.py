@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from modelgen.codegen.emit import LANES, Source
-from modelgen.codegen.program import Program
 from modelgen.errors import InputError, did_you_mean
+from modelgen.language import Model
 
 Array = np.ndarray[Any, np.dtype[Any]]
 _SIZE, _POINTER = ctypes.c_size_t, ctypes.c_void_p
@@ -81,28 +81,25 @@ class Function:
 
     Call it with inputs and parameters by name (parameters left out take their defaults) for the first output, or
     the tuple of outputs when there are several real ones.
+    `wrt`: parameters by which `jacobian` has columns, in order.
     """
 
-    program: Program
+    model: Model
+    wrt: tuple[str, ...]
     source: Source
     library: Path
     addresses: Mapping[str, Any]
     free: Array
 
-    @property
-    def wrt(self) -> tuple[str, ...]:
-        """Parameters by which `jacobian` has columns, in order."""
-        return self.program.wrt
-
     def channels(self, measure: str) -> int:
-        return len(self.program.outputs) * (2 if measure == "complex" else 1)
+        return len(self.source.outputs) * (2 if measure == "complex" else 1)
 
     def call(self, kernel: str, *args: Any) -> None:
         """Call a C kernel; arrays go by address."""
         self.addresses[kernel](*(a.ctypes.data if isinstance(a, np.ndarray) else a for a in args))
 
     def _arguments(self, given: Mapping[str, Any]) -> tuple[dict[str, Array], Array, tuple[int, ...]]:
-        model = self.program.model
+        model = self.model
         inputs = [i.name for i in model.inputs]
         names = {p.name: k for k, p in enumerate(model.scalar_parameters)}
         for name in given:
@@ -133,14 +130,14 @@ class Function:
         n = len(arrays[0])
         stride = -(-n // LANES) * LANES
         work = np.empty((max(1, self.source.staged), stride))
-        if self.program.model.inputs:
+        if self.model.inputs:
             self.call("prepare", n, stride, _pointers(arrays), p, work)
         return Prepared(self, n, stride, work, p, arrays)
 
     def _evaluate(self, given: Mapping[str, Any], jacobian: bool) -> tuple[list[Array], list[Array], tuple[int, ...]]:
         inputs, p, shape = self._arguments(given)
-        measure = "complex" if any(self.program.complex_outputs) else "real"
-        if self.program.model.inputs:
+        measure = "complex" if any(self.source.complex_outputs) else "real"
+        if self.model.inputs:
             prepared = self.prepare(**given)
             theta = p[self.free]
             out, jac = prepared.jacobian(theta, measure) if jacobian else (prepared.values(theta, measure), None)
@@ -174,7 +171,7 @@ class Function:
         n = len(arrays[0])
         rows = sum(2 if c else 1 for _, c in self.source.equations)
         out = np.empty((rows, n))
-        self.call("all", n, n, _pointers(arrays), *([p] if self.program.model.inputs else []), out)
+        self.call("all", n, n, _pointers(arrays), *([p] if self.model.inputs else []), out)
         result: dict[str, Array] = {}
         at = 0
         for name, is_complex in self.source.equations:
@@ -187,7 +184,7 @@ def _pointers(arrays: Sequence[Array]) -> Any:
     return (ctypes.c_void_p * max(1, len(arrays)))(*(a.ctypes.data for a in arrays))
 
 
-def load(program: Program, source: Source, library: Path) -> Function:
+def load(model: Model, wrt: tuple[str, ...], source: Source, library: Path) -> Function:
     """Load a library and take the addresses of a model's kernels."""
     handle = ctypes.CDLL(str(library))
     addresses = {}
@@ -196,5 +193,5 @@ def load(program: Program, source: Source, library: Path) -> Function:
         f.restype = None
         f.argtypes = [_SIZE if "size_t" in a else _POINTER for a in k.signature[k.signature.index("(") :].split(",")]
         addresses[k.name] = f
-    names = [p.name for p in program.model.scalar_parameters]
-    return Function(program, source, library, addresses, np.array([names.index(w) for w in program.wrt], dtype=int))
+    names = [p.name for p in model.scalar_parameters]
+    return Function(model, wrt, source, library, addresses, np.array([names.index(w) for w in wrt], dtype=int))

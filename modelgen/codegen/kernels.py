@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -69,7 +69,7 @@ class Region:
 class Stages:
     """Which nodes are computed when, for one program; makes the regions that templates print."""
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: Program, measures: Sequence[str] | None = None) -> None:
         self.program = program
         self.batch = not program.model.inputs
         parts = {p for n in program.wrt for p in [n]}
@@ -78,7 +78,8 @@ class Stages:
         self.parameters = [p.name for p in program.model.scalar_parameters]
         self.state_names = [s.name for s in program.model.states]
         self.sensitivity_names = [f"d_{n}_{d}" for n, d in program.step.sensitivities]
-        self.measures = ("complex", "modulus", "phase") if any(program.complex_outputs) else ("real",)
+        possible = ("complex", "modulus", "phase") if any(program.complex_outputs) else ("real",)
+        self.measures = tuple(m for m in possible if measures is None or m in measures)
         self.channels = {m: channels(program, program.step, m) for m in self.measures}
         self.first_channels = (
             {m: channels(program, program.first, m) for m in self.measures} if program.first else {}
