@@ -219,7 +219,7 @@ class _Scaled:
         return [*self.conditions(x), rows * self.condition_scale[:, None]]
 
     def guarded(self, function: Callable[..., list[Any]], arguments: Sequence[Any], n_out: int) -> list[Any]:
-        """Call `function`; keep what it raises for later, and let the solver see a plain 0 from then on, where it stops."""
+        """Call `function`; keep what it raises, and show the solver a plain 0 from then on, where it stops."""
         try:
             if self.raised is None:
                 return function(*arguments)
