@@ -224,7 +224,7 @@ def test_ctrl_c_inside_the_model_keeps_the_best_so_far(method) -> None:
 
 
 @pytest.mark.parametrize("method", [*LOCAL, PSO(10, 10**6, tol=0)], ids=ids)
-def test_a_real_interrupt_ends_a_long_run(method) -> None:
+def test_a_real_interrupt_ends_a_long_run(method, capfd) -> None:
     def residual(x):
         time.sleep(0.002)
         return rosenbrock().residual(x)
@@ -238,6 +238,7 @@ def test_a_real_interrupt_ends_a_long_run(method) -> None:
         timer.join()
     assert found.reason is Reason.INTERRUPTED
     assert np.isfinite(found.value)
+    assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("method", ALL, ids=ids)

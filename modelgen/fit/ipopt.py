@@ -218,14 +218,14 @@ class _Scaled:
         rows = np.array([self._ask(g.gradient, theta) * self.width for g in self.problem.constraints])
         return [*self.conditions(x), rows * self.condition_scale[:, None]]
 
-    def guarded(self, function: Callable[..., list[Any]], arguments: Sequence[Any], n_out: int) -> list[Any]:
-        """Call `function`; keep what it raises, and show the solver a plain 0 from then on, where it stops."""
+    def guarded(self, function: Callable[..., list[Any]], arguments: Sequence[Any]) -> list[Any] | None:
+        """Call `function`; keep what it raises, and from then on give nothing."""
         try:
             if self.raised is None:
                 return function(*arguments)
         except BaseException as why:
             self.raised = why
-        return [0.0] * n_out
+        return None
 
     def _ask(self, function: Callable[[Vector], Any], theta: Vector) -> Any:
         self._in_model = True
@@ -277,6 +277,8 @@ def _callback_class() -> Any:
             return self.outputs[i][1]
 
         def eval(self, arguments: Sequence[Any]) -> list[Any]:
-            return self.function.__self__.guarded(self.function, arguments, len(self.outputs))
+            answer = self.function.__self__.guarded(self.function, arguments)
+            # zeros look like an optimum: the solver stops there without a complaint
+            return [ca.DM(shape, 0.0) for _, shape in self.outputs] if answer is None else answer
 
     return Callback
