@@ -1,0 +1,182 @@
+"""From a search's outcome to a verdict: gate, ranking, hold-out figures, extended model, what a report shows."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from modelgen.diagnose.evidence import effective
+from modelgen.diagnose.gate import Gate, judge_adequacy
+from modelgen.diagnose.holdout import look_at_holdout
+from modelgen.diagnose.locate import locate
+from modelgen.diagnose.ranking import Standing, standings, weights
+from modelgen.diagnose.refit import Fit, Judge
+from modelgen.diagnose.search import Outcome, Setting
+from modelgen.diagnose.show import port_curve, port_sensitivities, traces
+from modelgen.diagnose.verdict import Finding, Trial, Verdict
+from modelgen.fit.result import Estimate, estimates
+from modelgen.fit.series import Array
+from modelgen.fit.uncertainty import assess
+from modelgen.language import Model
+
+
+def conclude(setting: Setting, notes: Sequence[str], marks: Sequence[Array], outcome: Outcome, out: Path | None, begun: float) -> Verdict:
+    """Put the argument together."""
+    sensitivities = port_sensitivities(setting, outcome.base)
+    gate = judge_adequacy(setting, outcome, sensitivities)
+    standing = standings(outcome) if not gate.unknown else ()
+    best = outcome.base if gate.unknown else outcome.best
+    base_estimates = parameters(outcome.judge, outcome.base)
+    after_estimates = parameters(outcome.judge, best)
+    findings = _findings(setting, outcome, standing, after_estimates, gate)
+    port = findings[0].port if findings else "model"
+    held = look_at_holdout(setting, outcome.base, best, gate.scale)
+    shown = traces(setting, outcome.base, best, marks, held)
+    law, path = _extended(setting, outcome, best, findings, after_estimates, out)
+    return Verdict(
+        model=setting.model.id,
+        adequate=not findings,
+        mismatch=locate(setting.model, setting.series, _plain_white(outcome.base), port, gate.floor) if findings else (),
+        effects=findings,
+        parameters=after_estimates,
+        parameters_before=base_estimates,
+        before=held.before,
+        after=held.after,
+        unit=setting.series[0].unit,
+        extended_model=path,
+        seconds=time.perf_counter() - begun,
+        summary=_summary(setting, findings, held.before.fit_over_noise, held.after.fit_over_noise, gate),
+        trials=_trials(outcome),
+        traces=shown,
+        curve=port_curve(setting, outcome, best, sensitivities, port),
+        notes=(*notes, *gate.notes, *_blind_note(outcome), *held.notes),
+        noise=gate.noise,
+        law=law,
+    )
+
+
+def _plain_white(fit: Fit) -> list[Array]:
+    """Residuals over the noise's level, colour left in: what a plot shows."""
+    e = fit.hypothesis.experiment
+    return [replace(s.whitener, ar=None).apply(e.raw(fit.theta, k)) for k, s in enumerate(e.series)]
+
+
+def parameters(judge: Judge, fit: Fit) -> tuple[Estimate, ...]:
+    """Values and standard deviations, the noise's level estimated from the residual."""
+    problem = fit.hypothesis.experiment.problem(fit.theta, judge.whiteners)
+    n = effective(fit.white)
+    scale = float(np.sqrt(fit.chi2 / max(1, n - fit.parameters)))
+    known = assess(problem, fit.theta)
+    found = estimates(problem, fit.theta, known)
+    return tuple(replace(x, std=x.std * max(scale, 1.0)) for x in found)
+
+
+def _findings(setting: Setting, outcome: Outcome, standing: Sequence[Standing], after: Sequence[Estimate], gate: Gate) -> tuple[Finding, ...]:
+    if gate.unknown:
+        says = f"no effect of the catalogue explains it: {gate.leftover.says or 'the residual is not noise'}"
+        return (Finding(f"unknown_{gate.leftover.port or 'model'}", gate.leftover.port or "model", says, gate.probability, "unknown"),)
+    known = {e.name: e for e in after}
+    findings = []
+    for s in standing:
+        own = tuple(
+            replace(known[n], name=n.removeprefix(f"{s.addition.id}_"))
+            for n in known
+            if n.startswith(f"{s.addition.id}_")
+        )
+        e = s.addition.effect
+        findings.append(
+            Finding(s.addition.id, s.addition.port.name, e.says, s.probability, s.addition.family, e.source, s.equivalents,
+                    _experiment(setting, outcome, s) if s.equivalents else None, own, s.share)
+        )  # fmt: skip
+    return tuple(findings)
+
+
+def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str | None:
+    """The recording that would separate this effect from its equivalents."""
+    from modelgen.diagnose.separate import separate
+
+    rest = outcome.best.hypothesis.key - {s.addition.key}
+    rivals = sorted(
+        (f for f in outcome.tried if rest <= f.hypothesis.key and any(i in f.ids for i in s.equivalents) and len(f.ids) == len(outcome.best.ids)),
+        key=lambda f: f.bic,
+    )
+    return separate(setting, outcome, outcome.best, rivals[:3])
+
+
+def _trials(outcome: Outcome) -> tuple[Trial, ...]:
+    fits = sorted(outcome.tried, key=lambda f: f.bic)[:40]
+    if not fits:
+        return ()
+    odds = weights(fits)
+    return tuple(
+        Trial(f.ids, " + ".join(a.family for a in f.hypothesis.added), f.bic - outcome.base.bic, f.parameters,
+              float(np.sqrt(f.chi2 / effective(f.white))), float(w))
+        for f, w in zip(fits, odds, strict=True)
+    )  # fmt: skip
+
+
+def _blind_note(outcome: Outcome) -> tuple[str, ...]:
+    ids = sorted({a.id for a in outcome.blind})
+    if not ids:
+        return ()
+    return (f"these recordings can't show {', '.join(ids)}: free parameters of the model do the same",)
+
+
+def _summary(setting: Setting, findings: Sequence[Finding], before: float, after: float, gate: Gate) -> str:
+    model = setting.model.id
+    if not findings:
+        return f"{model} explains the recordings: what is left is {after:.2f} times the noise, and looks like it."
+    if gate.unknown:
+        return f"{model} leaves {before:.3g} times the noise, and no effect of the catalogue accounts for it. {findings[0].says[0].upper() + findings[0].says[1:]}."
+    names = " and ".join(f.id for f in findings)
+    first = f"{model} lacks {names} (probability {findings[0].probability:.0%}): the residual falls from {before:.3g} to {after:.3g} times the noise."
+    others = findings[0].equivalents
+    second = f" These data can't tell it from {', '.join(others)}." if others else f" {findings[0].says[0].upper() + findings[0].says[1:]}."
+    return first + second
+
+
+def _extended(
+    setting: Setting, outcome: Outcome, best: Fit, findings: Sequence[Finding], after: Sequence[Estimate], out: Path | None
+) -> tuple[str, str | None]:
+    """The law in words, and the path of the extended model (with its C beside it)."""
+    if not best.hypothesis.added:
+        return "", None
+    model = _with_values(best.hypothesis.experiment.model, after)
+    changed = {s.name for s in model.statements} - {s.name for s in setting.model.statements}
+    ports = {a.port.equation for a in best.hypothesis.added}
+    law = "; ".join(f"{s.name} = {s.expr}" for s in model.statements if hasattr(s, "expr") and (s.name in ports or s.name in changed and not s.name.rsplit("_", 1)[0] in ports))
+    if out is None:
+        return law, None
+    from modelgen.codegen import generate
+    from modelgen.codegen.build import write_atomically
+    from modelgen.language.write import to_python
+
+    path = out / f"{setting.model.id}_extended.py"
+    note = f"{setting.model.id} with {', '.join(best.ids)}, found by modelgen diagnose"
+    write_atomically(path, to_python(model, note=note))
+    generate(model, out)
+    return law, str(path)
+
+
+def _with_values(model: Model, after: Sequence[Estimate]) -> Model:
+    """The extended model with the fitted values as defaults, under an id of its own."""
+    values = {e.name.split("[")[0]: e.value for e in after}
+    new = []
+    for p in model.parameters:
+        if hasattr(p, "re"):
+            parts = {k: replace(getattr(p, k), default=values.get(getattr(p, k).name, getattr(p, k).default)) for k in ("re", "im")}
+            new.append(replace(p, **{k: _inside(v) for k, v in parts.items()}))
+        else:
+            new.append(_inside(replace(p, default=values.get(p.name, p.default))))
+    return replace(model, id=f"{model.id}_extended", parameters=tuple(new), builder=None, options=())
+
+
+def _inside(p):  # type: ignore[no-untyped-def]
+    if p.default is None:
+        return p
+    low, high = min(p.bounds[0], p.default), max(p.bounds[1], p.default)
+    return replace(p, bounds=(low, high))

@@ -1,0 +1,133 @@
+"""A diagnosis: noise, base fit, search, ranking, gate, verdict. Each claim with its evidence."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from modelgen.diagnose.conclude import conclude
+from modelgen.diagnose.hypothesis import Hypothesis, additions, make_hypotheses
+from modelgen.diagnose.noise import masked, outliers
+from modelgen.diagnose.refit import Fit, Judge, base_starts
+from modelgen.diagnose.scales import port_scale, record_scales
+from modelgen.diagnose.search import Outcome, Progress, Setting, search, white_judge
+from modelgen.diagnose.thin import thin
+from modelgen.diagnose.verdict import Verdict
+from modelgen.effects import Effect
+from modelgen.fit.scatter import local_scatter
+from modelgen.fit.series import Array, Series, make_series
+from modelgen.language import Model
+from modelgen.recordings import Case
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """What a diagnosis stands on: the base fitted to cleaned series."""
+
+    series: tuple[Series, ...]
+    base: Fit
+    judge: Judge
+    marks: tuple[Array, ...]
+    notes: tuple[str, ...]
+
+
+def diagnose(
+    case: Case,
+    model: Model,
+    *,
+    effects: Sequence[Effect] | None = None,
+    progress: Progress = None,
+    out: Path | None = None,
+    seed: int = 0,
+) -> Verdict:
+    """Say whether `model` explains the recordings of `case`, and if not, which physics was left out.
+
+    effects: further effects beside the catalogue. out: folder for the extended model and its C (none: not written).
+    Holdout recordings are looked at once, at the end. Raises InputError when the case can't be fitted.
+    """
+    from modelgen.effects import CATALOGUE
+
+    begun = time.perf_counter()
+    catalogue = (*CATALOGUE, *(effects or ()))
+    if progress:
+        progress(0.02, "reading")
+    case, notes = thin(model, case)
+    ground = prepare(model, case, seed)
+    ground = replace(ground, notes=(*notes, *ground.notes))
+    if progress:
+        progress(0.15, "base fitted")
+    setting = set_up(model, case, ground, catalogue)
+    outcome = search(setting, ground.base, ground.judge, progress)
+    if progress:
+        progress(0.9, "deciding")
+    return conclude(setting, ground.notes, ground.marks, outcome, out, begun)
+
+
+def prepare(model: Model, case: Case, seed: int) -> Ground:
+    """Fit the base, take out outliers, set noise levels that were not stated from neighbours' scatter, fit again."""
+    series = tuple(make_series(model, case, r) for r in case.fit)
+    base = make_hypotheses(model, case, series, [()])
+    if not base:
+        from modelgen.fit.experiment import experiment
+
+        experiment(model, case, series).problem()  # says in one line what is wrong
+    judge = white_judge(series)
+    fit = _fit_base(base[0], judge, seed)
+    marks = tuple(outliers(e) for e in fit.white)
+    series = masked(_levelled(series, fit), marks)
+    base = make_hypotheses(model, case, series, [()])
+    judge = white_judge(series)
+    fit = judge.fit(base[0], [fit.theta, *base_starts(base[0], seed, 4)])
+    notes = tuple(
+        f"{int(m.sum())} outliers in '{s.name}' are marked and weigh nothing" for s, m in zip(series, marks, strict=True) if m.any()
+    )
+    return Ground(series, fit, judge, marks, notes)
+
+
+def _fit_base(h: Hypothesis, judge: Judge, seed: int) -> Fit:
+    """The base from many starts."""
+    return judge.fit(h, base_starts(h, seed, 12), iterations=150)
+
+
+def _levelled(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
+    """Where noise is not stated, its level is the scatter of the base's residual between neighbours."""
+    levelled = []
+    for s, e in zip(series, fit.white, strict=True):
+        if s.stated or e.shape[1] < 8:
+            levelled.append(s)
+            continue
+        scatter = float(np.median([local_scatter(x) for x in e]))
+        levelled.append(replace(s, whitener=s.whitener.scaled(max(scatter, 1e-6))))
+    return tuple(levelled)
+
+
+def set_up(model: Model, case: Case, ground: Ground, catalogue: Sequence[Effect]) -> Setting:
+    """The additions that this model and these recordings allow."""
+    e = ground.base.hypothesis.experiment
+    values = [_port_values(e.model, ground.base, k) for k in range(len(ground.series))]
+    sizes = {p.equation: port_scale(p, values) for p in model.ports}
+    found = additions(model, catalogue, record_scales(model, ground.series), sizes)
+    return Setting(model, case, ground.series, tuple(found))
+
+
+def _port_values(model: Model, fit: Fit, k: int) -> dict[str, Array]:
+    """Every equation of the base at its fit, in recording k (thinned to at most 400 samples)."""
+    from modelgen.codegen import build
+
+    e = fit.hypothesis.experiment
+    f = build(model, e.layout.wrt)
+    values = {**e.constants, **e.series[k].constants, **dict(zip(e.layout.wrt, e.local(fit.theta, k), strict=True))}
+    inputs = {i.name: e.series[k].inputs[i.name] for i in model.inputs}
+    return f.all(**inputs, **{n: v for n, v in values.items() if n in {p.name for p in model.scalar_parameters}})
+
+
+def outcome_of(model: Model, case: Case, catalogue: Sequence[Effect], seed: int = 0) -> tuple[Setting, Outcome]:
+    """Setting and outcome without a verdict, for studies of the search itself."""
+    case, _ = thin(model, case)
+    ground = prepare(model, case, seed)
+    setting = set_up(model, case, ground, catalogue)
+    return setting, search(setting, ground.base, ground.judge)

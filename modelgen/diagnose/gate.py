@@ -1,0 +1,76 @@
+"""Is the best hypothesis good enough? What remains is tested for what noise is not: dependence on state, and level."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from modelgen.diagnose.generic import Leftover, leftover
+from modelgen.diagnose.search import Outcome, Setting
+from modelgen.fit.scatter import local_scatter
+from modelgen.fit.series import Array
+
+LEFT = 25.0
+"""ΔBIC that a description without a catalogue must gain before the rest counts as physics."""
+EXPLAINED = 0.85
+"""Share of the misfit that named effects must explain to be named although something is left."""
+GROSS = 3.0
+"""A residual this many times the stated noise is not noise, whatever it looks like."""
+
+
+@dataclass(frozen=True)
+class Gate:
+    """The decision: `unknown` physics or not; `floor` mean square of plain white residuals that is noise; `scale` its root."""
+
+    unknown: bool
+    leftover: Leftover
+    probability: float
+    floor: float
+    scale: float
+    noise: str
+    notes: tuple[str, ...]
+
+
+def judge_adequacy(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array]) -> Gate:
+    """Gate on the residual of the best hypothesis."""
+    best = outcome.best
+    plain = [
+        replace(s.whitener, ar=None).apply(best.hypothesis.experiment.raw(best.theta, k)) for k, s in enumerate(setting.series)
+    ]
+    base = [
+        replace(s.whitener, ar=None).apply(outcome.base.hypothesis.experiment.raw(outcome.base.theta, k))
+        for k, s in enumerate(setting.series)
+    ]
+    after, before = _mean_square(plain), _mean_square(base)
+    scatter = float(np.mean([local_scatter(x) ** 2 for e in plain for x in e])) if plain[0].shape[1] >= 8 else 1.0
+    left = leftover(setting.model, outcome.judge, best, sensitivities)
+    stated = all(s.stated for s in setting.series)
+    gross = stated and np.sqrt(after) > GROSS and plain[0].shape[1] >= 8
+    structured = left.gain > LEFT
+    floor = min(after, max(scatter, 1.0 if stated else 0.0)) if structured or gross else after
+    explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
+    unknown = (structured or gross) and (not best.hypothesis.added or explained < EXPLAINED)
+    notes: tuple[str, ...] = ()
+    if (structured or gross) and not unknown:
+        notes = (f"the named effects explain {explained:.0%} of the misfit; still left is {np.sqrt(after / floor):.1f} times the noise: {left.says or 'not noise'}",)
+    probability = float(1 / (1 + np.exp(-min(left.gain, 60.0) / 2 + 5.0))) if structured else 0.9
+    return Gate(unknown, left, probability, floor, float(np.sqrt(floor)), _noise_words(setting, outcome, after, stated), notes)
+
+
+def _mean_square(white: list[Array]) -> float:
+    used = np.concatenate([e.ravel() for e in white])
+    used = used[used != 0]
+    return float(np.mean(used**2)) if used.size else 1.0
+
+
+def _noise_words(setting: Setting, outcome: Outcome, after: float, stated: bool) -> str:
+    colour = [w.ar for w in outcome.judge.whiteners if w.ar is not None]
+    level = f"{np.sqrt(after):.2f} times the {'stated' if stated else 'local'} level"
+    words = f"residual of the best hypothesis at {level}"
+    if colour:
+        words += f", coloured (autoregressive, order up to {max(len(a) for a in colour) - 1})"
+    if any(w.root is not None for w in outcome.judge.whiteners):
+        words += ", with a smooth calibration error in its covariance"
+    return words

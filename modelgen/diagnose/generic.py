@@ -1,0 +1,223 @@
+"""What is left, described without a catalogue: which variables the remaining residual depends on, and at which port.
+
+Frequency: resonant atoms at each port, by matching pursuit beside the fit's own sensitivities. Time: functions of few
+variables, linear and hysteretic memories, lines of a spectrum. All under the noise as it is judged, colour included.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from modelgen.diagnose.evidence import effective
+from modelgen.diagnose.refit import Fit, Judge
+from modelgen.diagnose.screen import Tangent
+from modelgen.fit.series import Array
+from modelgen.language import Model
+
+
+@dataclass(frozen=True)
+class Leftover:
+    """The best description of what remains: ΔBIC gained (positive is better), χ² explained, port and sentence."""
+
+    gain: float
+    chi2: float
+    port: str
+    says: str
+
+
+def leftover(model: Model, judge: Judge, fit: Fit, sensitivities: Mapping[str, Array]) -> Leftover:
+    """Describe what the fit leaves. `sensitivities` (frequency models): port → d(output)/d(port quantity), complex.
+
+    `gain` is 0 with empty words when no description gains anything.
+    """
+    tangent = Tangent.of(*judge.tangent(fit))
+    found = _in_time(model, judge, fit, tangent) if model.is_time_model else _in_frequency(judge, fit, tangent, sensitivities)
+    return max(found, key=lambda x: x.gain, default=Leftover(0.0, 0.0, "", ""))
+
+
+def _gain(tangent: Tangent, columns: Array, n: int, price: float = 0.0) -> tuple[float, float]:
+    """(ΔBIC, χ²) that free amounts of `columns` (N, k) gain beside the fit, its level profiled; `price` for looking."""
+    rest = tangent.off(columns)
+    size = np.linalg.norm(rest, axis=0)
+    keep = size > 1e-6 * np.linalg.norm(columns, axis=0)
+    if not keep.any():
+        return 0.0, 0.0
+    u, s, _ = np.linalg.svd(rest[:, keep] / size[keep], full_matrices=False)
+    u = u[:, s > 1e-6 * s[0]]
+    explained = float(np.sum((u.T @ tangent.r) ** 2))
+    total = float(tangent.r @ tangent.r)
+    share = min(explained / total, 1 - 1e-12)
+    return -n * float(np.log1p(-share)) - u.shape[1] * float(np.log(n)) - price, explained
+
+
+# -- frequency ---------------------------------------------------------------------------------------------------
+
+
+def _in_frequency(judge: Judge, fit: Fit, tangent: Tangent, sensitivities: Mapping[str, Array]) -> list[Leftover]:
+    e = fit.hypothesis.experiment
+    if any(s.measure != "complex" for s in e.series):
+        return []
+    axis = e.model.axis
+    f = np.concatenate([s.inputs[axis] for s in e.series])
+    n = effective(fit.white)
+    found = []
+    for port, slope in sensitivities.items():
+        atoms, places = _resonances(f)
+        columns = np.concatenate([_whiten(judge, e.series, slope[:, None] * a) for a in atoms], axis=1)
+        rest = tangent.off(columns)
+        size = np.sum(rest**2, axis=0)
+        size[size < 1e-12 * np.sum(columns**2, axis=0)] = np.inf
+        chosen: list[int] = []
+        r = tangent.r
+        best = Leftover(0.0, 0.0, port, "")
+        for count in range(1, 5):
+            k = int(np.argmax((rest.T @ r) ** 2 / size))
+            pair = [k - k % 2, k - k % 2 + 1]
+            chosen += [c for c in pair if c not in chosen]
+            price = 2.0 * count * np.log(len(places))
+            gain, chi2 = _gain(tangent, columns[:, chosen], n, price)
+            if gain > best.gain:
+                where = ", ".join(f"{places[c // 2][0]:.4g}" for c in chosen[::2])
+                best = Leftover(gain, chi2, port, f"resonant terms near {where} Hz at the {port} port")
+            u, _ = np.linalg.qr(rest[:, chosen])
+            r = tangent.r - u @ (u.T @ tangent.r)
+        found.append(best)
+    return found
+
+
+def _resonances(f: Array) -> tuple[list[Array], list[tuple[float, float]]]:
+    """Complex unit atoms 1/(1 + jQ(f/f0 − f0/f)), each also times j: columns of an amplitude and its quadrature."""
+    atoms: list[Array] = []
+    places: list[tuple[float, float]] = []
+    decades = float(np.log(f.max() / f.min()))
+    for Q in (2.0, 8.0, 30.0, 120.0):
+        for f0 in np.geomspace(f.min(), f.max(), int(np.clip(decades * Q, 12, 150))):
+            atom = 1 / (1 + 1j * Q * (f / f0 - f0 / f))
+            atoms.append(np.stack([atom, 1j * atom], axis=1))
+            places.append((float(f0), Q))
+    return atoms, places
+
+
+def _whiten(judge: Judge, series: Sequence[object], z: Array) -> Array:
+    """Whitened columns (N, k) of complex changes z (samples, k) of the output."""
+    at, out = 0, []
+    for s, w in zip(series, judge.whiteners, strict=True):
+        part = z[at : at + s.n].T  # type: ignore[attr-defined]
+        at += s.n  # type: ignore[attr-defined]
+        white = w.apply(np.stack([part.real, part.imag]))  # (2, k, n)
+        out.append(white.transpose(0, 2, 1).reshape(-1, z.shape[1]))
+    return np.concatenate(out)
+
+
+# -- time --------------------------------------------------------------------------------------------------------
+
+
+def _in_time(model: Model, judge: Judge, fit: Fit, tangent: Tangent) -> list[Leftover]:
+    e = fit.hypothesis.experiment
+    n = effective(fit.white)
+    names = {i.derived[0]: i.name for i in model.inputs if i.derived}
+    moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
+    found = []
+    if moved is not None:
+        for says, port, make in _groups():
+            blocks = []
+            for k, s in enumerate(e.series):
+                z, v = s.inputs[moved], s.inputs[names["rate"]]
+                force = e.raw(fit.theta, k)[0] + s.data[0]
+                t = s.inputs[model.axis]
+                columns = np.stack(list(make(_unit(z), _speed(v), t, _unit(force))), axis=0)
+                blocks.append(judge.whiteners[k].apply(columns[None])[0].T)
+            scaled = np.concatenate(blocks)
+            gain, chi2 = _gain(tangent, scaled, n)
+            found.append(Leftover(gain, chi2, port, says))
+    found.append(_line(model, judge, fit, n))
+    return found
+
+
+def _unit(x: Array) -> Array:
+    half = float(np.ptp(x)) / 2 or 1.0
+    return (x - (x.max() + x.min()) / 2) / half
+
+
+def _speed(v: Array) -> Array:
+    return v / (float(np.quantile(np.abs(v), 0.995)) or 1.0)
+
+
+def _groups() -> list[tuple[str, str, object]]:
+    def position(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        for k in range(1, 13):
+            yield np.cos(k * np.pi * z)
+            yield np.sin(k * np.pi * z)
+
+    def polynomial(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        return (z**k for k in range(2, 9))
+
+    def speed(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        yield from (np.sign(v) * np.abs(v) ** p for p in (0.3, 0.6, 1.5, 2.0, 3.0))
+        yield from (np.abs(v) ** p for p in (0.5, 1.0, 2.0))
+
+    def both(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        for a in (1, 2, 3):
+            yield z**a * v
+            yield z**a * np.abs(v)
+            yield z**a * np.sign(v)
+
+    def play(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        for g in (0.02, 0.05, 0.1, 0.2, 0.4, 0.8):
+            yield _play(z, g)
+
+    def memory(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        from scipy.signal import lfilter
+
+        step = float(np.median(np.diff(t)))
+        for tau in np.geomspace(3 * step, max((t[-1] - t[0]) / 2, 6 * step), 7):
+            a = np.exp(-step / tau)
+            yield lfilter([1 - a], [1, -a], z - z[0])
+
+    def shown(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        yield from (F**k for k in range(2, 6))
+        for q in (0.6, 0.8, 0.9, 0.95):
+            yield np.maximum(F - q, 0.0)
+            yield np.minimum(F + q, 0.0)
+
+    return [
+        ("a force that depends on position, with short wavelengths", "force", position),
+        ("a force that depends on displacement alone", "force", polynomial),
+        ("a force that depends on speed alone", "force", speed),
+        ("a force that depends on displacement and speed together", "force", both),
+        ("a hysteretic memory of the displacement", "force", play),
+        ("a linear memory of the displacement", "force", memory),
+        ("a distortion of the force channel: it depends on the force itself", "sensor", shown),
+    ]
+
+
+def _play(z: Array, g: float) -> Array:
+    """Play operator of half width g."""
+    out = np.empty_like(z)
+    w = z[0]
+    for i, x in enumerate(z):
+        w = min(max(w, x - g), x + g)
+        out[i] = w
+    return out
+
+
+def _line(model: Model, judge: Judge, fit: Fit, n: int) -> Leftover:
+    """The strongest spectral line of the residual, with the price of having looked at every frequency."""
+    best = Leftover(0.0, 0.0, "sensor", "")
+    for s, e in zip(fit.hypothesis.experiment.series, fit.white, strict=True):
+        x = e[0] - e[0].mean()
+        power = np.abs(np.fft.rfft(x)) ** 2
+        if len(power) < 8:
+            continue
+        k = int(np.argmax(power[1:])) + 1
+        chi2 = 2 * float(power[k]) / len(x)
+        level = float(x @ x) / len(x) or 1.0
+        gain = chi2 / level - 2 * np.log(n) - 2 * np.log(len(power))
+        if gain > best.gain:
+            t = s.inputs[model.axis]
+            f = k / float(t[-1] - t[0])
+            best = Leftover(gain, chi2, "sensor", f"a line at {f:.4g} {'Hz' if model.inputs[0].unit == 's' else ''} that does not follow the motion")
+    return best

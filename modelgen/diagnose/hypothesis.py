@@ -1,0 +1,156 @@
+"""A hypothesis: the base with none, one or several effects at its ports, ready to be screened and fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from modelgen.codegen.build import build_many
+from modelgen.effects import Effect, Shape, Strength, family, search_range
+from modelgen.errors import InputError
+from modelgen.fit.experiment import Experiment, make_layout
+from modelgen.fit.series import Array, Series
+from modelgen.language import Model, Parameter, Port
+from modelgen.recordings import Case
+
+MARGIN = 10.0
+"""A fit may leave the range in which a shape is searched first by this factor."""
+
+
+@dataclass(frozen=True, eq=False)
+class Addition:
+    """An effect at a port, with the search range of each of its shapes (and of strengths tried at a finite value)."""
+
+    effect: Effect
+    port: Port
+    ranges: Mapping[str, tuple[float, float]]
+
+    @property
+    def id(self) -> str:
+        return self.effect.id
+
+    @property
+    def key(self) -> tuple[str, str, int]:
+        return (self.effect.id, self.port.kind, id(self.effect))
+
+    @property
+    def strengths(self) -> tuple[str, ...]:
+        return tuple(f"{self.id}_{q.name}" for q in self.effect.strengths)
+
+    @property
+    def family(self) -> str:
+        return family(self.effect)
+
+    def extend(self, model: Model) -> Model:
+        """`model` with this effect; the port is looked up by its equation, which other effects keep in place."""
+        port = next(p for p in model.ports if p.kind == self.port.kind and p.equation == self.port.equation)
+        return _with_ranges(self.effect.extend(model, port), self)
+
+    def grid(self) -> list[dict[str, float]]:
+        """Values of shapes (and of strengths of `secant` effects) that are tried first."""
+        tried: list[Shape | Strength] = [*self.effect.shapes]
+        if self.effect.secant:
+            tried += [q for q in self.effect.strengths if q.name in self.ranges]
+        points: list[dict[str, float]] = [{}]
+        for q in tried:
+            low, high = self.ranges[q.name]
+            values = np.geomspace(low, high, q.points) if q.log and low > 0 else np.linspace(low, high, q.points)
+            points = [{**p, f"{self.id}_{q.name}": float(v)} for p in points for v in values]
+        return points
+
+
+def _with_ranges(model: Model, a: Addition) -> Model:
+    """Bounds of the effect's shapes: the range that is searched, and somewhat beyond."""
+    new: list[Parameter] = []
+    for q in a.effect.shapes:
+        p = model.parameter(f"{a.id}_{q.name}")
+        low, high = a.ranges[q.name]
+        if q.scale != "1":
+            span = high - low
+            low, high = (low / MARGIN, high * MARGIN) if q.log and low > 0 else (low - span, high + span)
+        low, high = max(low, p.bounds[0]), min(high, p.bounds[1])
+        new.append(replace(p, bounds=(low, high), default=None))
+    names = {p.name: p for p in new}
+    return replace(model, parameters=tuple(names.get(p.name, p) for p in model.parameters))
+
+
+def additions(model: Model, effects: Sequence[Effect], scales: Mapping[str, Array], port_sizes: Mapping[str, Array]) -> list[Addition]:
+    """All effects that fit a port of `model` and whose scales the recordings have."""
+    found = []
+    for e in effects:
+        for port in e.fits(model):
+            known = {**scales, "port": port_sizes[port.equation]}
+            try:
+                tried = [*e.shapes, *(q for q in e.strengths if e.secant and q.scale)]
+                ranges = {q.name: search_range(q, known) for q in tried}
+            except KeyError:
+                continue
+            if all(np.isfinite(r).all() and r[0] < r[1] for r in ranges.values()):
+                found.append(Addition(e, port, ranges))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """Base plus `added` effects as an experiment on the fit recordings."""
+
+    added: tuple[Addition, ...]
+    experiment: Experiment
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        return tuple(a.id for a in self.added)
+
+    @property
+    def key(self) -> frozenset[tuple[str, str, int]]:
+        return frozenset(a.key for a in self.added)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self.experiment.layout.names
+
+    def place(self, base: Hypothesis, theta: Array, values: Mapping[str, float]) -> Array:
+        """θ of this hypothesis from θ of a smaller one and values by name; strengths start at null."""
+        known = dict(zip(base.names, theta, strict=True)) | dict(values)
+        start = []
+        for name, p in zip(self.names, self.experiment.layout.parameters, strict=True):
+            default = p.default if p.default is not None else centre(p)
+            start.append(known.get(name, default))
+        return np.array(start, dtype=float)
+
+
+def centre(p: Parameter) -> float:
+    """The middle of a parameter's bounds, by the logarithm where they are positive."""
+    low, high = p.bounds
+    if low > 0 and high < inf:
+        return float(np.sqrt(low * high))
+    if low > -inf and high < inf:
+        return 0.5 * (low + high)
+    return max(low, 0.0) if low > -inf else min(high, 0.0)
+
+
+def make_hypotheses(model: Model, case: Case, series: Sequence[Series], sets: Sequence[tuple[Addition, ...]]) -> list[Hypothesis]:
+    """Extend, compile (all at once) and prepare. What can't be built or has more numbers than data is left out."""
+    made: list[tuple[tuple[Addition, ...], Model, Any]] = []
+    count = sum(s.data.size for s in series)
+    for added in sets:
+        extended = model
+        try:
+            for a in added:
+                extended = a.extend(extended)
+            layout = make_layout(extended, case, series)
+        except InputError:
+            continue
+        if len(layout.names) <= count:
+            made.append((added, extended, layout))
+    measures = sorted({s.measure for s in series})
+    functions = build_many([(m, layout.wrt) for _, m, layout in made], ("values", "jacobian"), measures)
+    constants = dict(case.constants)
+    return [
+        Hypothesis(added, Experiment(m, f, layout, tuple(series), constants))
+        for (added, m, layout), f in zip(made, functions, strict=True)
+    ]

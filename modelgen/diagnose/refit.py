@@ -1,0 +1,107 @@
+"""Fits of hypotheses, all parameters free, from several starts; and the evidence that they give."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from modelgen.diagnose.evidence import Level, bic
+from modelgen.diagnose.hypothesis import Hypothesis, centre
+from modelgen.errors import InputError
+from modelgen.fit import GaussNewton
+from modelgen.fit.series import Array, Whitener
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fitted hypothesis: θ, whitened residuals (per recording) and BIC, all under one set of whiteners."""
+
+    hypothesis: Hypothesis
+    theta: Array
+    white: tuple[Array, ...]
+    bic: float
+    parameters: int
+
+    @property
+    def chi2(self) -> float:
+        return float(sum(np.sum(e**2) for e in self.white))
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        return self.hypothesis.ids
+
+
+@dataclass(frozen=True)
+class Judge:
+    """What all hypotheses are fitted and compared under: whiteners and priors on the noise level."""
+
+    whiteners: tuple[Whitener, ...]
+    prior: tuple[Level, ...]
+
+    def fit(self, h: Hypothesis, starts: Iterable[Array], iterations: int = 60) -> Fit:
+        """The best of local fits from `starts`."""
+        starts = list(starts)
+        best: tuple[float, Array] | None = None
+        local = GaussNewton(max_iter=iterations, tol=1e-8)
+        for start in starts:
+            if not np.all(np.isfinite(start)):
+                continue
+            with np.errstate(all="ignore"):
+                try:
+                    found = local.run(h.experiment.problem(start, self.whiteners))
+                except (InputError, np.linalg.LinAlgError):
+                    continue
+            if np.isfinite(found.value) and (best is None or found.value < best[0]):
+                best = (found.value, np.asarray(found.theta))
+        return self.look(h, starts[0] if best is None else best[1])
+
+    def look(self, h: Hypothesis, theta: Array) -> Fit:
+        """Evidence of `h` at θ as it stands."""
+        with np.errstate(all="ignore"):
+            white = tuple(h.experiment.whitened(theta, self.whiteners))
+        free = _free(h, theta)
+        value = bic(white, self.prior, free) if all(np.all(np.isfinite(e)) for e in white) else np.inf
+        return Fit(h, theta, white, float(value), free)
+
+    def tangent(self, fit: Fit) -> tuple[Array, Array]:
+        """Whitened residual and Jacobian over all recordings at the fit."""
+        return fit.hypothesis.experiment.linearised(fit.theta, self.whiteners)
+
+
+def _free(h: Hypothesis, theta: Array) -> int:
+    """Number of parameters that are not held by a bound: a passive element driven to nothing costs nothing."""
+    low = np.array([p.bounds[0] for p in h.experiment.layout.parameters])
+    high = np.array([p.bounds[1] for p in h.experiment.layout.parameters])
+    size = np.where(np.isfinite(high - low), high - low, np.maximum(np.abs(theta), 1e-300))
+    at = (np.abs(theta - low) <= 1e-9 * size) | (np.abs(high - theta) <= 1e-9 * size)
+    return int(len(theta) - np.count_nonzero(at))
+
+
+def base_starts(h: Hypothesis, seed: int, count: int = 8) -> list[Array]:
+    """Starts for the base: its defaults, and points spread over the bounds of parameters that have finite ones.
+
+    Parameters with bounds many decades apart are spread by the logarithm; those without bounds stay at their defaults.
+    """
+    p = h.experiment.layout.parameters
+    default = np.array([q.default if q.default is not None else centre(q) for q in p])
+    rng = np.random.default_rng(seed)
+    starts = [default]
+    for _ in range(count - 1):
+        x = default.copy()
+        for k, q in enumerate(p):
+            low, high = q.bounds
+            if not np.isfinite(high - low):
+                x[k] = default[k] * float(np.exp(rng.normal(0, 1.0))) if default[k] else default[k]
+            elif low > 0 and high / low > 100:
+                x[k] = np.clip(default[k] * float(np.exp(rng.normal(0, 2.0))), low, high)
+            else:
+                x[k] = rng.uniform(low, high)
+        starts.append(x)
+    return starts
+
+
+def refine(judge: Judge, fits: Sequence[Fit]) -> list[Fit]:
+    """Fits continued under another judge."""
+    return [judge.fit(f.hypothesis, [f.theta]) for f in fits]

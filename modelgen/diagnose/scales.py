@@ -1,0 +1,49 @@
+"""Typical sizes in the recordings, by which the search ranges of effects are set."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from modelgen.fit.series import Array, Series
+from modelgen.language import Model, Port
+
+
+def record_scales(model: Model, series: Sequence[Series]) -> dict[str, Array]:
+    """Scales of `effects.Shape` that depend on the recordings alone (arrays over samples or recordings)."""
+    if not model.is_time_model:
+        omega = np.concatenate([2 * np.pi * s.inputs[model.axis] for s in series])
+        ends = np.array([omega.min(), omega.max()])
+        return {"omega": ends, "time": 1 / ends[::-1], "duration": 1 / ends[:1]}
+    time = [s.inputs[model.axis] for s in series]
+    duration = np.array([t[-1] - t[0] for t in time])
+    step = np.array([float(np.median(np.diff(t))) for t in time])
+    scales: dict[str, Array] = {"duration": duration}
+    moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
+    rate = next((i.name for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
+    fastest = 0.3 / step.min()
+    if moved and rate:
+        z = [s.inputs[moved] for s in series]
+        v = [s.inputs[rate] for s in series]
+        stroke = np.array([max(float(np.ptp(x)) / 2, 1e-300) for x in z])
+        scales["displacement"] = stroke
+        scales["position"] = np.array([min(x.min() for x in z), max(x.max() for x in z)])
+        scales["speed"] = np.array([max(float(np.quantile(np.abs(x), 0.995)), 1e-300) for x in v])
+        fastest = min(fastest, float(np.max(scales["speed"] / stroke)) * 3)
+    slowest = float(2 * np.pi / duration.max())
+    scales["omega"] = np.array([slowest, max(fastest, 3 * slowest)])
+    scales["time"] = np.array([1 / scales["omega"][1], duration.max()])
+    return scales
+
+
+def port_scale(port: Port, values: Sequence[dict[str, Array]]) -> Array:
+    """Modulus of the port's quantity by the base fit, over all samples."""
+    sizes = np.concatenate([np.abs(np.atleast_1d(v[port.equation])).ravel() for v in values])
+    sizes = sizes[np.isfinite(sizes) & (sizes > 0)]
+    return sizes if sizes.size else np.array([1.0])
+
+
+def finite(x: Any) -> bool:
+    return bool(np.all(np.isfinite(x)))

@@ -1,0 +1,155 @@
+"""The search over hypotheses: screen, refit, take in one effect after another while the evidence grows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from modelgen.diagnose.evidence import levels
+from modelgen.diagnose.hypothesis import Addition, Hypothesis, make_hypotheses
+from modelgen.diagnose.noise import coloured
+from modelgen.diagnose.refit import Fit, Judge, refine
+from modelgen.diagnose.screen import Score, Tangent, score
+from modelgen.fit.series import Series
+from modelgen.language import Model
+from modelgen.recordings import Case
+
+ALARM = 10.0
+"""ΔBIC that an effect must gain to be claimed: with thirty candidates a false alarm in less than one of a hundred."""
+CLOSE = 10.0
+"""ΔBIC within which the data do not exclude a hypothesis."""
+MOST = 3
+"""Effects in one verdict."""
+COLOUR_TIME, COLOUR_SWEEP = 12, 3
+"""Greatest order of a noise's colour along time, and along a sweep's frequencies."""
+
+Progress = Callable[[float, str], None] | None
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What a search works on."""
+
+    model: Model
+    case: Case
+    series: tuple[Series, ...]
+    additions: tuple[Addition, ...]
+    beam: int = 3
+    refits: int = 12
+    pairs: int = 5
+
+    @property
+    def colour(self) -> int:
+        return COLOUR_TIME if self.model.is_time_model else COLOUR_SWEEP
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What a search found, all under the judge at its end: the base, the chosen fit, and all that were tried."""
+
+    judge: Judge
+    base: Fit
+    best: Fit
+    tried: tuple[Fit, ...]
+    blind: tuple[Addition, ...]
+
+
+def white_judge(series: Sequence[Series]) -> Judge:
+    """Whiteners as stated, no colour."""
+    return Judge(tuple(s.whitener for s in series), levels(series))
+
+
+def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Outcome:
+    """Forward selection with a beam and swaps, the colour of the noise taken from the best hypothesis so far."""
+    singles = make_hypotheses(s.model, s.case, s.series, [(a,) for a in s.additions])
+    if progress:
+        progress(0.3, "screening")
+    tangent = Tangent.of(*judge.tangent(base))
+    scores = [score(h, base.hypothesis, base.theta, tangent, judge.whiteners) for h in singles]
+    blind = tuple(x.addition for x in scores if x.blind)
+    first = _refit_singles(s, base, judge, scores)
+    judge, base, first = _recolour(s, judge, base, first)
+    if progress:
+        progress(0.6, "fitting")
+    tried = {f.hypothesis.key: f for f in first}
+    best = min([base, *first], key=lambda f: f.bic)
+    if base.bic - best.bic < ALARM:
+        return Outcome(judge, base, base, tuple(tried.values()), blind)
+    beam = sorted(first, key=lambda f: f.bic)[: s.beam]
+    for depth in range(2, MOST + 1):
+        if progress:
+            progress(0.5 + 0.15 * depth, f"looking for {'a second' if depth == 2 else 'a third'} effect")
+        grown = _grow(s, base, judge, beam, scores)
+        if not grown:
+            break
+        judge, base, grown, best = _recolour_pairs(s, judge, base, grown, best)
+        tried |= {f.hypothesis.key: f for f in grown}
+        winner = min(grown, key=lambda f: f.bic)
+        if best.bic - winner.bic < ALARM:
+            break
+        best = winner
+        beam = sorted(grown, key=lambda f: f.bic)[: s.beam]
+    same = [judge.look(f.hypothesis, f.theta) for f in tried.values()]
+    return Outcome(judge, judge.look(base.hypothesis, base.theta), judge.look(best.hypothesis, best.theta), tuple(same), blind)
+
+
+def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score]) -> list[Fit]:
+    """Fits of the most promising single effects (all, where that is cheap)."""
+    seen = sorted((x for x in scores if not x.blind and x.starts), key=lambda x: -x.gain)
+    size = sum(x.n for x in s.series)
+    count = len(seen) if size <= 3000 else s.refits
+    fits = []
+    for k, x in enumerate(seen[:count]):
+        starts = x.starts if k < 12 else x.starts[:1]
+        fits.append(judge.fit(x.hypothesis, [x.hypothesis.place(base.hypothesis, base.theta, v) for _, v in starts]))
+    return fits
+
+
+def _recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judge, Fit, list[Fit]]:
+    """Judge again with the colour of the best hypothesis' residual, where that has one."""
+    best = min([base, *fits], key=lambda f: f.bic)
+    plain = tuple(replace(w, ar=None) for w in judge.whiteners)
+    white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
+    filters = coloured(plain, white, s.colour)
+    if all(w.ar is None for w in filters):
+        return judge, base, fits
+    new = Judge(filters, judge.prior)
+    rough = sorted((new.look(f.hypothesis, f.theta) for f in fits), key=lambda f: f.bic)
+    fitted = refine(new, rough[: s.refits]) + rough[s.refits :]
+    return new, refine(new, [base])[0], fitted
+
+
+def _recolour_pairs(s: Setting, judge: Judge, base: Fit, grown: list[Fit], best: Fit) -> tuple[Judge, Fit, list[Fit], Fit]:
+    new, newbase, fits = _recolour(s, judge, base, [*grown, best])
+    return new, newbase, fits[:-1] if new is judge else [f for f in fits if f.hypothesis is not best.hypothesis], (
+        best if new is judge else next(f for f in fits if f.hypothesis is best.hypothesis)
+    )
+
+
+def _grow(s: Setting, base: Fit, judge: Judge, beam: Sequence[Fit], scores: Sequence[Score]) -> list[Fit]:
+    """Hypotheses with one effect more than those of the beam: the most promising by their score beside the fit's."""
+    wanted: list[tuple[float, Fit, Score, dict[str, float]]] = []
+    for f in beam:
+        tangent = Tangent.of(*judge.tangent(f))
+        inner = f.theta[[f.hypothesis.names.index(n) for n in base.hypothesis.names]]
+        for x in scores:
+            if x.addition.id in f.ids or x.blind:
+                continue
+            again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, keep=1)
+            if again.starts and again.gain > ALARM:
+                wanted.append((again.gain - 0.5 * f.bic + 0.5 * beam[0].bic, f, x, dict(again.starts[0][1])))
+    wanted.sort(key=lambda w: -w[0])
+    chosen: dict[frozenset[tuple[str, str, int]], tuple[Fit, Score, dict[str, float]]] = {}
+    for _, f, x, values in wanted:
+        key = f.hypothesis.key | {x.addition.key}
+        if key not in chosen and len(chosen) < s.pairs * (2 if len(f.ids) == 1 else 1):
+            chosen[key] = (f, x, values)
+    made = make_hypotheses(s.model, s.case, s.series, [(*f.hypothesis.added, x.addition) for f, x, _ in chosen.values()])
+    fits = []
+    for h in made:
+        f, x, values = chosen[h.key]
+        starts = [h.place(f.hypothesis, f.theta, v) for v in (values, *(dict(v) for _, v in x.starts[:2]))]
+        fits.append(judge.fit(h, starts))
+    return fits
