@@ -65,6 +65,14 @@ def relative(found: Any, wanted: list[Any]) -> float:
     return float(max(abs(f - w) for f, w in pairs) / scale) if scale else max(abs(f) for f, _ in pairs)
 
 
+def test_a_contact_without_elastic_asperities_has_no_damping_by_this_model() -> None:
+    """No number rather than a wrong one, up to the load F_1c: (A4) divides by the elastic energy."""
+    compiled = build(models.contact_damping.variant(surface="fractal"), ())
+    values = {"D_1": 2.3, "D_2": 2.3, "G_1": 1e-8, "G_2": 1e-8}
+    F_1c = compiled.all(**values)["F_1c"]
+    assert np.isnan(compiled(**values, F=0.999 * F_1c)) and compiled(**values, F=1.001 * F_1c) > 0
+
+
 @pytest.mark.parametrize(("name", "options"), VARIANTS)
 def test_every_quantity_and_derivative(name: str, options: dict[str, Any]) -> None:
     values = {k: options[k] for k in options if k == "b"}

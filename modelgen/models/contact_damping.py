@@ -10,7 +10,7 @@ some D between 2 and 3 are written by `powdiff`: nothing is singular in that ran
 
 from typing import Any
 
-from sympy import Symbol
+from sympy import Symbol, nan
 
 from modelgen.language import (
     Equation,
@@ -19,6 +19,7 @@ from modelgen.language import (
     Model,
     Output,
     Parameter,
+    Piecewise,
     Rational,
     Statement,
     check_option,
@@ -125,14 +126,16 @@ def load(a_l: Any) -> tuple[Any, Any, Any]:
     )
 
 
-# The plastic part alone bounds a_l from above; below a1c nothing would be elastic.
+F_1c = Equation("F_1c", sum(load(a1)), "N", "(A3)", "load up to which no asperity is elastic")
+# The plastic part alone bounds a_l from above.
 ln_a_l = Implicit(
     "ln_a_l",
     log(sum(load(exp(Symbol("ln_a_l", real=True)))) / F),
     (log(a1), 2 / (D - 1) * log(F / load(1)[0])),
     "1", "(A3)", "logarithm of the largest area, which carries the load",
 )  # fmt: skip
-a_l = Equation("a_l", l_0**2 * exp(ln_a_l), "m²", "(A3)", "largest truncated area")
+elastic = Piecewise((exp(ln_a_l), F_1c < F), (nan, True))  # else (A4) divides by no energy
+a_l = Equation("a_l", l_0**2 * elastic, "m²", "(A3)", "largest truncated area, where F > F_1c")
 beta_l = Equation(
     "beta_l",
     2 * l_0 * g ** (D - 2) * sqrt(log(gamma)) * (2 * sqrt(a_l / (pi * l_0**2))) ** (3 - D),
@@ -199,8 +202,8 @@ def build(surface: str = "roughness", g_form: str = "printed") -> Model:
         shape = (R_q_1, R_q_2, L_m)
         first = (*roughness(1, R_q_1, g_form), *roughness(2, R_q_2, g_form))
     statements = (
-        *first, D_eq, G_eq, E, k, psi, a1c, a2c, H_G1, H_G2, ln_a_l, a_l, beta_l, R_l, F_pl, F_ep, F_el, A_r,
-        K_el, K_ep, K_n, W_e, W_p, eta, R_n,
+        *first, D_eq, G_eq, E, k, psi, a1c, a2c, H_G1, H_G2, F_1c, ln_a_l, a_l, beta_l, R_l, F_pl, F_ep, F_el,
+        A_r, K_el, K_ep, K_n, W_e, W_p, eta, R_n,
     )  # fmt: skip
     return Model(
         "contact_damping",
