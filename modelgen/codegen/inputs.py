@@ -13,7 +13,7 @@ from modelgen.language import Model
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
-def complete_inputs(model: Model, given: Mapping[str, Any], sigma: Mapping[str, float] | None = None) -> tuple[dict[str, Array], tuple[int, ...]]:
+def complete_inputs(model: Model, given: Mapping[str, Any], sigma: Mapping[str, float | None] | None = None) -> tuple[dict[str, Array], tuple[int, ...]]:
     """All inputs of `model` as contiguous float arrays, in order, and their common shape.
 
     `given` holds at least the recorded inputs; derived ones that are missing follow from them
@@ -38,19 +38,21 @@ def complete_inputs(model: Model, given: Mapping[str, Any], sigma: Mapping[str, 
     if broadcast[0].size == 0:
         raise InputError(f"inputs of model '{model.id}' are empty")
     arrays = {n: np.ascontiguousarray(a).ravel() for n, a in zip(arrays, broadcast, strict=True)}
+    for of in dict.fromkeys(i.derived[1] for i in model.inputs if i.derived and i.name not in arrays and i.derived[0] != "previous"):
+        arrays |= _motion(model, of, arrays, dict(sigma or {}))
     for i in model.inputs:
-        if i.name not in arrays:
-            arrays[i.name] = _derive(model, i.derived or ("", ""), arrays, dict(sigma or {}))
+        if i.name not in arrays and i.derived:
+            x = arrays[i.derived[1]]
+            arrays[i.name] = np.concatenate([x[:1], x[:-1]])
     return {i.name: arrays[i.name] for i in model.inputs}, shape
 
 
-def _derive(model: Model, how: tuple[str, str], arrays: dict[str, Array], sigma: dict[str, float]) -> Array:
-    kind, of = how
-    x = arrays[of]
-    if kind == "previous":
-        return np.concatenate([x[:1], x[:-1]])
+def _motion(model: Model, of: str, arrays: Mapping[str, Array], sigma: Mapping[str, float | None]) -> dict[str, Array]:
+    """Input `of`, smoothed as far as its noise demands, and what is derived from its motion and not given."""
     from modelgen.recordings.kinematics import kinematics
 
-    k = kinematics(arrays[model.axis], x, sigma.get(of, 0.0))
-    arrays[of] = np.ascontiguousarray(k.z)
-    return np.ascontiguousarray({"rate": k.v, "acceleration": k.a, "turning": k.z_turn}[kind])
+    k = kinematics(arrays[model.axis], arrays[of], sigma.get(of, 0.0))
+    found = {"rate": k.v, "acceleration": k.a, "turning": k.z_turn}
+    wanted = {i.name: found[i.derived[0]] for i in model.inputs if i.derived and i.derived[1] == of and i.derived[0] in found}
+    new = {of: k.z, **{n: x for n, x in wanted.items() if n not in arrays}}
+    return {n: np.ascontiguousarray(x) for n, x in new.items()}

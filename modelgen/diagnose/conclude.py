@@ -97,7 +97,10 @@ def _findings(setting: Setting, outcome: Outcome, standing: Sequence[Standing], 
 
 def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str | None:
     """The recording that would separate this effect from its equivalents."""
-    from modelgen.diagnose.separate import separate
+    try:
+        from modelgen.diagnose.separate import separate
+    except ImportError:
+        return None
 
     rest = outcome.best.hypothesis.key - {s.addition.key}
     rivals = sorted(

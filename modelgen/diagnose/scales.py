@@ -15,8 +15,7 @@ def record_scales(model: Model, series: Sequence[Series]) -> dict[str, Array]:
     """Scales of `effects.Shape` that depend on the recordings alone (arrays over samples or recordings)."""
     if not model.is_time_model:
         omega = np.concatenate([2 * np.pi * s.inputs[model.axis] for s in series])
-        ends = np.array([omega.min(), omega.max()])
-        return {"omega": ends, "time": 1 / ends[::-1], "duration": 1 / ends[:1]}
+        return {"omega": omega, "time": 1 / omega, "duration": np.array([1 / omega.min()])}
     time = [s.inputs[model.axis] for s in series]
     duration = np.array([t[-1] - t[0] for t in time])
     step = np.array([float(np.median(np.diff(t))) for t in time])
@@ -41,9 +40,5 @@ def record_scales(model: Model, series: Sequence[Series]) -> dict[str, Array]:
 def port_scale(port: Port, values: Sequence[dict[str, Array]]) -> Array:
     """Modulus of the port's quantity by the base fit, over all samples."""
     sizes = np.concatenate([np.abs(np.atleast_1d(v[port.equation])).ravel() for v in values])
-    sizes = sizes[np.isfinite(sizes) & (sizes > 0)]
-    return sizes if sizes.size else np.array([1.0])
-
-
-def finite(x: Any) -> bool:
-    return bool(np.all(np.isfinite(x)))
+    good = np.isfinite(sizes) & (sizes > 0)
+    return np.where(good, sizes, np.median(sizes[good]) if good.any() else 1.0)
