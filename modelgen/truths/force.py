@@ -158,8 +158,10 @@ class ForceScene:
 def lost_motion(m: Motion, s: Mapping[str, Any], reach: float) -> tuple[Array, Array]:
     """Path behind a backlash, with the share of the velocity that gets through."""
     width = s["size"] * reach
-    if s["law"] == "dead_zone":  # of the spring and the friction; the fluid is sheared all the same
+    if s["law"] == "dead_zone":  # of spring and friction; the dashpot is driven all the same
         return m.path - np.clip(m.path, -width / 2, width / 2), np.ones(len(m.t))
+    if s["law"] == "elastic_play":
+        return friction.play(m.path, width), np.ones(len(m.t))
     if s["law"] == "smoothed_backlash":
         points = friction.soft_play(m.path, width, 0.8)
     else:

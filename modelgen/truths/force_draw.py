@@ -43,6 +43,7 @@ VARIANTS: dict[str, str] = {
     "relaxing_friction": "maxwell_branch",
     "smoothed_backlash": "backlash",
     "dead_zone": "backlash",
+    "elastic_play": "backlash",
     "half_swing": "payne_softening",
     "peak": "stress_softening",
     "bilinear": "asymmetric_stiffness",
@@ -75,8 +76,8 @@ def _loop(rng: Rng) -> dict[str, Any]:
     }
 
 
-def _steps(rng: Rng, top: float = 10.0) -> dict[str, Any]:
-    f = np.geomspace(0.4, top * rng.uniform(0.6, 1), 6)
+def _steps(rng: Rng, slow: bool = False) -> dict[str, Any]:
+    f = np.geomspace(0.2, 0.6, 3) if slow else np.geomspace(0.4, rng.uniform(6, 10), 6)
     motion = {
         "type": "steps",
         "steps": [float(f"{x:.4g}") for x in f],
@@ -129,14 +130,14 @@ def _slowest(motion: dict[str, Any]) -> float:
 def draw_setup(rng: Rng, base: dict[str, float], effects: Sequence[str]) -> dict[str, Any]:
     """Two records to fit (slow wide loop, stepped sines, sweeps, at two amplitudes), a random one held out.
 
-    Lost motion is recorded up to 2 Hz: faster, a sample's viscous force jumps within a sample.
+    Lost motion is recorded slowly, as are some others: faster, a clearance is crossed between two samples.
     """
-    slow = "backlash" in effects
+    slow = "backlash" in effects or rng.random() < 0.1
     first = [_loop, _steps, _sweep][0 if slow else int(rng.integers(3))](rng)
-    second = _steps(rng, 2.0) if slow else [_steps, _sweep][int(rng.integers(2))](rng)
+    second = _steps(rng, slow=True) if slow else [_steps, _sweep][int(rng.integers(2))](rng)
     second["motion"]["amplitude"] = 0.8 if first["motion"]["amplitude"] == 0.4 else 0.4
     records = [first, second]
-    records.append(_random(rng, max(r["motion"]["amplitude"] for r in records), 2.0 if slow else 10.0))
+    records.append(_random(rng, max(r["motion"]["amplitude"] for r in records), 0.8 if slow else 10.0))
     running = rng.random() < 0.3
     for i, r in enumerate(records):
         pre = round(1 / _slowest(r["motion"]), 1) if running else 0.0

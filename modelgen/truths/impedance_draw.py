@@ -95,7 +95,7 @@ def draw_setup(rng: Rng, base: dict[str, float], effects: Sequence[str]) -> dict
         )
     constants = {} if loads else {"M_m": base["M_m"]}
     free = list(FREE)
-    if "contact_damping" in effects:  # told apart from R_m only where that is known
+    if "contact_damping" in effects or rng.random() < 0.1:  # told apart from R_m only where that is known
         constants["R_m"] = base["R_m"]
         free.remove("R_m")
     return {"sweeps": sweeps, "constants": constants, "free": free}

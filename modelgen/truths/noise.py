@@ -34,7 +34,7 @@ def draw_levels(rng: np.random.Generator, domain: str, noise: str) -> dict[str, 
         levels["Z_relative"] = _log_uniform(rng, 2e-4, 3e-3)
     elif domain == "force":
         levels["F_m"] = 1.85e-3 if rng.random() < 0.5 else _log_uniform(rng, 1e-3, 1e-2)
-        levels["z"] = _log_uniform(rng, 4e-4, 5e-3) if noise == "displacement" else 2.88e-4
+        levels["z"] = {"displacement": _log_uniform(rng, 4e-4, 5e-3), "clean": 0.0}.get(noise, 2.88e-4)
     else:
         levels["k_s"] = _log_uniform(rng, 5e-4, 5e-3)
         levels["loss_angle"] = _log_uniform(rng, 0.02, 0.2)
@@ -61,7 +61,7 @@ def stated(domain: str, noise: str, levels: Levels) -> dict[str, Any]:
     if factor:
         names = {"force": ("F_m", "z"), "stiffness": ("k_s", "loss_angle")}.get(domain, ("Z_relative",))
         grown = np.sqrt(1 + levels.get("step", 0.0) ** 2 / 12)
-        out = {n: float(f"{levels[n] * factor * grown:.4g}") for n in names}
+        out = {n: float(f"{levels[n] * factor * grown:.4g}") for n in names if levels[n]}
     if noise == "calibration":
         out["Z_calibration"] = [float(f"{levels['calibration']:.4g}"), float(f"{levels['length']:.4g}")]
     return out

@@ -11,13 +11,14 @@ from typing import Any
 
 DOMAINS = ("impedance", "gmm", "force", "stiffness")
 KINDS = ("none", "single", "variant", "pair", "novel")
-NOISES = ("white", "coloured", "calibration", "displacement", "outliers", "quantised", "misstated")
+NOISES = ("white", "clean", "coloured", "calibration", "displacement", "outliers", "quantised", "misstated")
 
-# A displacement error needs a displacement, a calibration error over ln f needs an f.
+# A displacement error needs a displacement, a calibration error over ln f needs an f. With a force, "clean"
+# has an exact displacement, "white" the paper's 2.88e-4 mm, "displacement" up to 5e-3 mm.
 NOISES_OF = {
     "impedance": ("white", "coloured", "calibration", "outliers", "quantised", "misstated"),
     "gmm": ("white", "coloured", "calibration", "outliers", "quantised", "misstated"),
-    "force": ("white", "coloured", "displacement", "outliers", "quantised", "misstated"),
+    "force": ("white", "clean", "coloured", "displacement", "outliers", "quantised", "misstated"),
     "stiffness": ("white", "coloured", "outliers", "quantised", "misstated"),
 }
 
