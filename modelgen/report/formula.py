@@ -1,0 +1,77 @@
+"""Names and formulas in HTML: k_D with a subscript, rho as ρ, powers raised. No LaTeX, no script."""
+
+from __future__ import annotations
+
+import re
+
+from markupsafe import Markup, escape
+
+_GREEK = {
+    "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "epsilon": "ε", "zeta": "ζ", "eta": "η", "theta": "θ",
+    "kappa": "κ", "lambda": "λ", "mu": "μ", "nu": "ν", "xi": "ξ", "pi": "π", "rho": "ρ", "sigma": "σ", "tau": "τ",
+    "phi": "φ", "chi": "χ", "psi": "ψ", "omega": "ω", "Delta": "Δ", "Omega": "Ω", "Phi": "Φ", "Psi": "Ψ", "Sigma": "Σ",
+}  # fmt: skip
+_TOKEN = re.compile(r"\*\*|[A-Za-z]\w*|\d+\.?\d*(?:[eE][-+]?\d+)?|\s+|.", re.S)
+
+
+def symbol(name: str) -> Markup:
+    """A parameter's name as it is printed in a paper; `F_0[sweep]` keeps the recording's name behind."""
+    found = re.fullmatch(r"([A-Za-z]+)([^\[]*)(\[.*\])?", name, re.S)
+    if not found:
+        return escape(name)
+    stem, index, where = found[1], found[2].strip("_").replace("_", ","), found[3] or ""
+    known = stem in _GREEK
+    if len(stem) > 2 and not known and not index:
+        return Markup('<span class="sym">{}</span><small>{}</small>').format(stem, where)
+    sub = ",".join(_GREEK.get(part, part) for part in index.split(","))
+    below = Markup("<sub>{}</sub>").format(sub) if sub else Markup("")
+    return Markup('<span class="sym"><i>{}</i>{}</span><small>{}</small>').format(
+        _GREEK.get(stem, stem), below, where
+    )
+
+
+def formula(text: str) -> Markup:
+    """A formula written in plain text (`**`, `*`, names) in HTML; prose passes unchanged."""
+    tokens = _TOKEN.findall(text)
+    out, at = Markup(""), 0
+    while at < len(tokens):
+        piece, at = _piece(tokens, at)
+        out += piece
+    return out
+
+
+def _piece(tokens: list[str], at: int) -> tuple[Markup, int]:
+    token = tokens[at]
+    if token == "**":
+        power, after = _exponent(tokens, at + 1)
+        return Markup("<sup>{}</sup>").format(formula(power)), after
+    if token == "*":
+        return Markup("·"), at + 1
+    if token == "-":
+        return Markup("−" if at + 1 < len(tokens) and not tokens[at + 1].isalpha() else "-"), at + 1
+    if re.match(r"[A-Za-z]", token) and _is_symbol(token):
+        return symbol(token), at + 1
+    return escape(token), at + 1
+
+
+def _is_symbol(word: str) -> bool:
+    """Whether a word is a quantity and not prose: a single letter, a Greek name, or one with an index."""
+    return word in _GREEK or (len(word) == 1 and word not in "aAI") or "_" in word
+
+
+def _exponent(tokens: list[str], at: int) -> tuple[str, int]:
+    """What stands after a power sign: one token with its sign, or what its brackets hold."""
+    if at >= len(tokens):
+        return "", at
+    if tokens[at] == "-":
+        rest, after = _exponent(tokens, at + 1)
+        return "-" + rest, after
+    if tokens[at] != "(":
+        return tokens[at], at + 1
+    depth, end = 0, at
+    while end < len(tokens):
+        depth += (tokens[end] == "(") - (tokens[end] == ")")
+        end += 1
+        if depth == 0:
+            break
+    return "".join(tokens[at + 1 : end - 1]), end

@@ -1,0 +1,180 @@
+"""The page: a verdict as one HTML file without a script or anything from outside."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from markupsafe import Markup
+
+from modelgen.diagnose.verdict import Estimate, Finding, Trace, Verdict
+from modelgen.fit.result import write_atomically
+from modelgen.report import curve as port_curve
+from modelgen.report import plots, words
+from modelgen.report.formula import formula, symbol
+
+if TYPE_CHECKING:
+    from modelgen.recordings import Case
+
+FIGURES = 6  # recordings that get a figure; the table has all
+HYPOTHESES = 12  # rows before the rest is folded away
+BENT = 3.0  # a shift of so many standard deviations is called bent
+NOT_EXCLUDED = 10.0  # ΔBIC to the best within which a hypothesis stands
+
+
+def write_html(verdict: Verdict, path: str | Path, case: Case | None = None) -> None:
+    """Write the page whole or not at all. `case` adds its file name, the outputs' names and known constants.
+
+    Raises InputError or ToolError, one line, when it can't be written.
+    """
+    write_atomically(path, page(verdict, case))
+
+
+def page(verdict: Verdict, case: Case | None = None) -> str:
+    """The page as text."""
+    return _template().render(
+        v=verdict,
+        case_file=case.path.name if case is not None and case.path else "",
+        headline=words.headline(verdict),
+        summary=words.summary(verdict),
+        probability=words.joint_probability(verdict),
+        figures=_figures(verdict, case),
+        rows=[_row(t) for t in verdict.traces],
+        curve=Markup(port_curve.port(verdict.curve)) if verdict.curve else "",
+        slope=port_curve.slope_text(verdict.curve) if verdict.curve else "",
+        hypotheses=_hypotheses(verdict),
+        shown=HYPOTHESES,
+        parameters=_parameters(verdict),
+        effect_parameters=[[_own(p, e) for p in e.parameters] for e in verdict.effects],
+        same=all(plots.same_model(t) for t in verdict.traces),
+        has_holdout=math.isfinite(verdict.before.holdout_over_noise) or math.isfinite(verdict.before.holdout),
+    )
+
+
+@cache
+def _template() -> Any:
+    import jinja2
+
+    from modelgen.codegen.emit import templates_folder
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(templates_folder()),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters.update(
+        number=words.number, percent=words.percent, unit=words.unit_text, words=words.name_of,
+        symbol=symbol, formula=formula, english=words.in_english,
+    )  # fmt: skip
+    environment.globals["measured"] = words.measured
+    return environment.get_template("verdict.html.j2")
+
+
+def rms(white: np.ndarray[Any, Any], outliers: np.ndarray[Any, Any]) -> float:
+    """Root mean square of whitened residuals (channels, n) outside the outliers: 1 where only noise is left."""
+    kept = white[:, ~outliers]
+    return float(np.sqrt(np.nanmean(np.square(kept)))) if kept.size else math.nan
+
+
+def outside(white: np.ndarray[Any, Any]) -> float:
+    """Share of whitened residuals outside ±2; of Gaussian noise alone 4.6 %."""
+    return float(np.mean(np.abs(white) > 2)) if white.size else math.nan
+
+
+def _row(trace: Trace) -> dict[str, Any]:
+    return {
+        "name": trace.name,
+        "holdout": trace.role == "holdout",
+        "points": len(trace.x),
+        "from": words.number(float(np.nanmin(trace.x))),
+        "to": words.number(float(np.nanmax(trace.x))),
+        "axis": trace.axis,
+        "axis_unit": words.unit_text(trace.axis_unit),
+        "before": rms(trace.white_before, trace.outliers),
+        "after": rms(trace.white_after, trace.outliers),
+        "outside_before": outside(trace.white_before),
+        "outside_after": outside(trace.white_after),
+        "outliers": int(np.sum(trace.outliers)),
+        "same": plots.same_model(trace),
+    }
+
+
+def _figures(verdict: Verdict, case: Case | None) -> list[dict[str, Any]]:
+    """A figure for each recording, or for those that the model misses most and the worst hold-out."""
+    by_misfit = sorted(verdict.traces, key=lambda t: rms(t.white_before, t.outliers), reverse=True)
+    chosen = [t for t in by_misfit if t.role == "holdout"][:2]
+    chosen += [t for t in by_misfit if t not in chosen][: FIGURES - len(chosen)]
+    units = {m.axis: m.unit for m in verdict.mismatch}
+    if verdict.curve:
+        units[verdict.curve.x_name] = verdict.curve.x_unit
+    found = []
+    for k, trace in enumerate(t for t in verdict.traces if t in chosen):
+        output, constants = _known(trace, case)
+        stroke = plots.stroke_of(trace)
+        drawn = plots.recording(trace, verdict.mismatch, output, units.get(stroke, ""), f"r{k}")
+        found.append(
+            _row(trace)
+            | {"svg": Markup(drawn), "complex": np.iscomplexobj(trace.data), "stroke": stroke}
+            | {"constants": constants, "where": [m for m in verdict.mismatch if m.recording == trace.name]}
+        )
+    return found
+
+
+def _known(trace: Trace, case: Case | None) -> tuple[str, dict[str, float]]:
+    """Name of the output and the constants of a recording, as the case has them."""
+    for recording in case.recordings if case is not None else ():
+        if recording.name == trace.name:
+            return next(iter(recording.outputs), ""), dict(recording.constants)
+    return "", {}
+
+
+def _hypotheses(verdict: Verdict) -> list[dict[str, Any]]:
+    """Hypotheses, best first, with the length of their bar in percent and what may be said of them."""
+    trials = sorted(verdict.trials, key=lambda t: t.delta_bic if math.isfinite(t.delta_bic) else math.inf)
+    best = max((-t.delta_bic for t in trials if math.isfinite(t.delta_bic)), default=0.0)
+    chosen = {e.id for e in verdict.effects}
+    return [
+        {
+            "trial": t,
+            "bar": 100 * min(max(-t.delta_bic / best, 0.0), 1.0) if best > 0 and math.isfinite(t.delta_bic) else 0,
+            "chosen": bool(chosen) and set(t.ids) == chosen,
+            "stands": bool(chosen) and best + t.delta_bic < NOT_EXCLUDED,
+            "behind": best + t.delta_bic,
+        }
+        for t in trials
+    ]  # fmt: skip
+
+
+def _parameters(verdict: Verdict) -> list[dict[str, Any]]:
+    """Parameters before and after; `shift` is in standard deviations of the better fit."""
+    before = {e.name: e for e in verdict.parameters_before}
+    after = {e.name: e for e in verdict.parameters}
+    own = {p.name for e in verdict.effects for p in e.parameters}
+    names = [n for n in before if n not in own] + [n for n in after if n not in before and n not in own]
+    return [_change(n, before.get(n), after.get(n)) for n in names]
+
+
+def _change(name: str, before: Estimate | None, after: Estimate | None) -> dict[str, Any]:
+    shift = math.nan
+    if before and after:
+        std = after.std if math.isfinite(after.std) and after.std > 0 else before.std
+        moved = before.value - after.value
+        shift = moved / std if math.isfinite(std) and std > 0 else math.nan
+    return {
+        "name": name,
+        "before": before,
+        "after": after,
+        "shift": shift,
+        "bent": abs(shift) > BENT,
+        "bar": 50 * min(math.log1p(abs(shift)) / math.log1p(100), 1) if math.isfinite(shift) else 0,
+    }
+
+
+def _own(parameter: Estimate, effect: Finding) -> tuple[Estimate, str]:
+    """An effect's parameter and the short name that the effect has for it."""
+    return parameter, parameter.name.removeprefix(f"{effect.id}_")

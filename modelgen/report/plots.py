@@ -1,0 +1,203 @@
+"""The figure of a recording: data against the model before and after, and the whitened residual of each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from modelgen.diagnose.verdict import Mismatch, Trace
+from modelgen.report import svg
+from modelgen.report.axes import dots, fold, folded_ticks, label, log_ticks, wants_log
+from modelgen.report.thin import Array, every, excerpt, extremes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LINE_BINS, DOTS, LOOP_POINTS = 350, 900, 900
+_NAMES = {"N": "force", "N/mm": "stiffness", "N/m": "stiffness", "mm": "displacement", "m": "displacement"}
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """One real quantity of a recording: what was measured, and the model before and after."""
+
+    title: str
+    data: Array
+    before: Array
+    after: Array
+    log: bool = False
+
+
+def panels(trace: Trace, name: str = "") -> list[Panel]:
+    """The real quantities of a recording: modulus and phase of complex data. `name` is the output's."""
+    name = name or ("Z" if trace.unit == "ohm" else _NAMES.get(trace.unit, "output"))
+    three = (trace.data, trace.before, trace.after)
+    if any(np.iscomplexobj(y) for y in three):
+        phases = _phases(*three)
+        modulus = [np.abs(y) for y in three]
+        return [
+            Panel(label(f"|{name}|", trace.unit), *modulus, log=wants_log(modulus[0], 5)),
+            Panel(label(f"phase of {name}", "deg"), *phases),
+        ]
+    if trace.measure == "modulus":
+        return [Panel(label(f"|{name}|", trace.unit), *three, log=wants_log(trace.data, 5))]
+    if trace.measure == "phase":
+        return [Panel(label(f"phase of {name}", trace.unit), *three)]
+    return [Panel(label(name, trace.unit), *three)]
+
+
+def _phases(*values: Array) -> list[Array]:
+    """Phases in degrees on one branch: the models' within half a turn of the data's."""
+    data = np.degrees(np.unwrap(np.angle(values[0])))
+    near = [np.degrees(np.angle(y)) for y in values[1:]]
+    return [data, *(p - 360 * np.round((p - data) / 360) for p in near)]
+
+
+def same_model(trace: Trace) -> bool:
+    """Whether nothing was added to the model: before is after."""
+    return np.array_equal(trace.before, trace.after, equal_nan=True)
+
+
+def stroke_of(trace: Trace) -> str:
+    """Name of the input that a force is drawn over: the displacement, or ""."""
+    recorded = [k for k, v in trace.inputs.items() if k != trace.axis and len(v) == len(trace.x)]
+    return "z" if "z" in recorded else next(iter(recorded), "") if trace.axis_unit == "s" else ""
+
+
+def recording(
+    trace: Trace, mismatch: Iterable[Mismatch] = (), name: str = "", stroke_unit: str = "", key: str = "r"
+) -> str:
+    """One recording as an SVG: above, data and model before and after; below, the whitened residual of each."""
+    from matplotlib.figure import Figure
+
+    shown = panels(trace, name)
+    stroke = stroke_of(trace)
+    marks = [m for m in mismatch if m.recording in ("", trace.name)]
+    with svg.style():
+        figure = Figure(figsize=(9.6, 4.9), layout="constrained")
+        grid = figure.add_gridspec(2, 12, height_ratios=(1.25, 1), hspace=0.06, wspace=0.12)
+        if stroke:
+            split = 7
+            stretch = excerpt(trace.inputs[stroke], np.sum(np.square(trace.white_before), axis=0))
+            over = figure.add_subplot(grid[0, :split])
+            _curves(over, trace, shown[0], stretch)
+            _axis(over, trace, trace.x[stretch], marks)
+            _loop(figure.add_subplot(grid[0, split:]), trace, shown[0], stretch, stroke, stroke_unit, marks)
+        else:
+            width = 12 // len(shown)
+            for k, panel in enumerate(shown):
+                axes = figure.add_subplot(grid[0, k * width : (k + 1) * width])
+                _curves(axes, trace, panel, slice(None))
+                _axis(axes, trace, trace.x, marks)
+        _residuals(figure, grid, trace, marks)
+        return svg.inline(figure, _spoken(trace, shown), key)
+
+
+def _spoken(trace: Trace, shown: list[Panel]) -> str:
+    what = " and ".join(p.title for p in shown)
+    return f"{what} over {trace.axis}, recorded and modelled, and the whitened residual with the noise band"
+
+
+def _curves(axes: Axes, trace: Trace, panel: Panel, stretch: slice) -> None:
+    x = trace.x[stretch]
+    ys = [np.asarray(y)[stretch] for y in (panel.data, panel.before, panel.after)]
+    _recorded(axes, x, ys[0])
+    if not same_model(trace):
+        _line(axes, x, ys[1], svg.BEFORE, dashes=(4, 2))
+    _line(axes, x, ys[2], svg.AFTER)
+    out = trace.outliers[stretch]
+    axes.plot(x[out], ys[0][out], "x", color=svg.MARK, markersize=6, markeredgewidth=1.3)
+    axes.set_title(panel.title)
+    if panel.log:
+        axes.set_yscale("log")
+        log_ticks(axes.yaxis, ys[0])
+
+
+def _recorded(axes: Axes, x: Array, y: Array) -> None:
+    """Few samples are dots, many a broad pale line under the model's."""
+    if len(y) <= 150:
+        dots(axes, x, y, svg.DATA, 4.5)
+    else:
+        i = extremes(y, LINE_BINS)
+        axes.plot(x[i], y[i], color=svg.DATA, linewidth=3.6)
+
+
+def _line(axes: Axes, x: Array, y: Array, color: str, dashes: tuple[float, ...] = ()) -> None:
+    i = extremes(y, LINE_BINS)
+    axes.plot(x[i], y[i], color=color, linewidth=1.3, dashes=dashes or (None, None))
+
+
+def _axis(axes: Axes, trace: Trace, x: Array, marks: list[Mismatch]) -> None:
+    """The recording's own axis below: logarithmic over frequency, and the stretches where the model fails."""
+    axes.set_xlabel(label(trace.axis, trace.axis_unit))
+    if trace.axis_unit != "s" and wants_log(x, 4):
+        axes.set_xscale("log")
+        log_ticks(axes.xaxis, x)
+    else:
+        axes.margins(x=0.02)
+    _shade(axes, x, [m for m in marks if m.axis == trace.axis])
+
+
+def _shade(axes: Axes, x: Array, marks: list[Mismatch]) -> None:
+    low, high = float(np.nanmin(x)), float(np.nanmax(x))
+    for m in marks:
+        start, end = max(m.start, low), min(m.end, high)
+        if start <= end:
+            axes.axvspan(start, end, color=svg.SHADE, linewidth=0, zorder=0)
+
+
+def _loop(
+    axes: Axes, trace: Trace, panel: Panel, stretch: slice, stroke: str, unit: str, marks: list[Mismatch]
+) -> None:
+    z = np.asarray(trace.inputs[stroke])[stretch]
+    ys = [np.asarray(y)[stretch] for y in (panel.data, panel.before, panel.after)]
+    i = every(len(z), LOOP_POINTS)
+    axes.plot(z[i], ys[0][i], color=svg.DATA, linewidth=3.6, solid_joinstyle="round")
+    if not same_model(trace):
+        axes.plot(z[i], ys[1][i], color=svg.BEFORE, linewidth=1.3, dashes=(4, 2))
+    axes.plot(z[i], ys[2][i], color=svg.AFTER, linewidth=1.3)
+    axes.set_title(f"{panel.title} over {label(stroke, unit)}, same stretch")
+    axes.set_xlabel(label(stroke, unit))
+    _shade(axes, z, [m for m in marks if m.axis == stroke])
+
+
+def _residuals(figure: Figure, grid: Any, trace: Trace, marks: list[Mismatch]) -> None:
+    """Whitened residuals on one scale, linear to ±3 and logarithmic beyond, over the bands of ±1 and ±2."""
+    whites = [("residual of the model, over the noise", trace.white_after, svg.AFTER)]
+    if not same_model(trace):
+        whites = [
+            ("residual before, over the noise", trace.white_before, svg.BEFORE),
+            ("residual after", trace.white_after, svg.AFTER),
+        ]
+    most = max(float(np.nanmax(np.abs(w), initial=0.0)) for _, w, _ in whites)
+    width = 12 // len(whites)
+    for k, (title, white, color) in enumerate(whites):
+        axes = figure.add_subplot(grid[1, k * width : (k + 1) * width])
+        _noise_band(axes)
+        for c, channel in enumerate(white):
+            _residual(axes, trace.x, fold(channel), color, 0.5 if c else 1.0)
+        out = np.flatnonzero(trace.outliers)
+        out = out[every(len(out), 200)]
+        axes.plot(
+            trace.x[out], fold(white[0][out]), "x", color=svg.MARK, markersize=6, markeredgewidth=1.3
+        )
+        axes.set_title(title)
+        folded_ticks(axes, most)
+        _axis(axes, trace, trace.x, marks)
+
+
+def _residual(axes: Axes, x: Array, y: Array, color: str, alpha: float) -> None:
+    if len(y) <= DOTS:
+        dots(axes, x, y, color, 2.6, alpha)
+    else:
+        i = extremes(y, LINE_BINS)
+        axes.plot(x[i], y[i], color=color, linewidth=0.7, alpha=alpha)
+
+
+def _noise_band(axes: Axes) -> None:
+    for width in (2, 1):
+        axes.axhspan(-width, width, color=svg.BAND, alpha=0.55, linewidth=0, zorder=0)

@@ -1,0 +1,93 @@
+"""A matplotlib figure as a small inline SVG whose colours are the page's, so that it follows light, dark and print."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from html import escape
+from io import StringIO
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Stand-ins for the page's CSS variables, told apart from every other colour by their value.
+INK, MUTED, GRID = "#010203", "#010204", "#010205"
+DATA, BEFORE, AFTER, MARK = "#010206", "#010207", "#010208", "#010209"
+BAND, SHADE = "#01020a", "#01020b"
+_VARIABLES = {
+    INK: "ink", MUTED: "muted", GRID: "rule", DATA: "data", BEFORE: "before", AFTER: "after",
+    MARK: "mark", BAND: "band", SHADE: "shade",
+}  # fmt: skip
+
+_STYLE = {
+    "svg.fonttype": "none",
+    "path.simplify": False,
+    "text.parse_math": False,  # a "$" in a unit is no formula
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "axes.titlecolor": INK,
+    "axes.labelsize": 9.0,
+    "axes.labelcolor": MUTED,
+    "axes.edgecolor": MUTED,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.5,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "text.color": INK,
+    "lines.linewidth": 1.2,
+    "lines.solid_capstyle": "round",
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Figures made inside look alike and print as text and plain paths."""
+    from matplotlib import rc_context
+
+    with rc_context(_STYLE):
+        yield
+
+
+def inline(figure: Figure, label: str, key: str) -> str:
+    """The figure as an `<svg>` element, `label` read out in its place. `key` sets its ids apart on the page."""
+    import matplotlib
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    out = StringIO()
+    with matplotlib.rc_context({"svg.hashsalt": key}):
+        FigureCanvasSVG(figure).print_svg(out, metadata={"Date": None, "Creator": None})
+    text = out.getvalue()
+    text = text[text.index("<svg") :]
+    box = re.search(r'viewBox="([^"]+)"', text)
+    body = text[text.index(">") + 1 :]
+    body = re.sub(r"<metadata>.*?</metadata>|<style[^>]*>.*?</style>|<!--.*?-->", "", body, flags=re.S)
+    body = re.sub(r' id="[a-z]+[A-Za-z]*\d*_\d+"', "", body)
+    body = _own_ids(body, key)
+    body = re.sub(r"font: ([\d.]+px) [^;\"]*", r"font-size: \1", body)
+    body = re.sub(r"-?\d+\.\d{3,}", lambda m: f"{float(m[0]):.2f}".rstrip("0").rstrip("."), body)
+    body = re.sub(r"#0102[0-9a-f]{2}\b", _variable, body)
+    body = re.sub(r"\s*\n\s*", "\n", body)
+    head = f'<svg viewBox="{box[1] if box else ""}" role="img" aria-label="{escape(label)}">'
+    return head + body
+
+
+def _variable(found: re.Match[str]) -> str:
+    name = _VARIABLES.get(found[0])
+    return f"var(--{name})" if name else found[0]
+
+
+def _own_ids(body: str, key: str) -> str:
+    """Prefix the ids of clip paths and markers, and all references to them."""
+    body = re.sub(r' id="(\w+)"', rf' id="{key}-\1"', body)
+    return re.sub(r'(url\(#|href="#)(\w+)', rf"\1{key}-\2", body)
+

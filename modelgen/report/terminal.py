@@ -1,0 +1,80 @@
+"""The verdict in the terminal: short, and plain text where there is no terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from modelgen.diagnose.verdict import Finding, Rms, Verdict
+from modelgen.report import words
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+PARAMETERS = 3  # an effect's parameters that are named in its line
+
+
+def print_verdict(verdict: Verdict, console: Console) -> None:
+    """Print the verdict, what was left out, the fit before and after, and what to record next: up to 30 lines."""
+    from rich.text import Text
+
+    style = "bold green" if verdict.adequate else "bold yellow"
+    console.print(Text(words.headline(verdict), style=style))
+    console.print(Text(words.summary(verdict)))
+    if verdict.effects:
+        console.print(_effects(verdict.effects))
+    console.print(_fits(verdict))
+    for label, text in _lines(verdict):
+        console.print(Text.assemble((f"{label}: ", "bold"), text))
+
+
+def _table(*columns: str) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for k, name in enumerate(columns):
+        table.add_column(name, justify="left" if k == 0 else "right", overflow="fold")
+    return table
+
+
+def _effects(effects: tuple[Finding, ...]) -> Table:
+    from rich.text import Text
+
+    table = _table("left out", "port", "probability", "parameters")
+    table.columns[-1].justify = "left"
+    for e in effects:
+        shown = [
+            f"{p.name.removeprefix(f'{e.id}_')} = {words.measured(p.value, p.std)} {words.unit_text(p.unit)}".rstrip()
+            for p in e.parameters[:PARAMETERS]
+        ]
+        table.add_row(*(Text(x) for x in (e.id, e.port, words.percent(e.probability), "\n".join(shown))))
+    return table
+
+
+def _fits(verdict: Verdict) -> Table:
+    from rich.text import Text
+
+    unit = words.unit_text(verdict.unit)
+    table = _table("residual, rms", f"fit [{unit}]", "fit / noise", f"hold-out [{unit}]", "hold-out / noise")
+    rows: list[tuple[str, Rms]] = [("before", verdict.before)]
+    if verdict.effects:
+        rows.append(("after", verdict.after))
+    for name, rms in rows:
+        figures = (rms.fit, rms.fit_over_noise, rms.holdout, rms.holdout_over_noise)
+        table.add_row(name, *(Text(words.number(x)) for x in figures))
+    return table
+
+
+def _lines(verdict: Verdict) -> list[tuple[str, str]]:
+    """Labelled sentences under the tables."""
+    found = [
+        ("Not told apart by these data", f"{e.id} and {words.in_english(e.equivalents)}")
+        for e in verdict.effects
+        if e.equivalents
+    ]
+    experiments = dict.fromkeys(e.separating_experiment for e in verdict.effects if e.separating_experiment)
+    found += [("Next experiment", text) for text in experiments]
+    if verdict.extended_model:
+        found.append(("Extended model", verdict.extended_model))
+    return found

@@ -1,0 +1,111 @@
+"""How numbers, units and findings are put into words: plain text, shared by the page and the terminal."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+
+from modelgen.diagnose.verdict import Finding, Verdict
+
+_SUPERSCRIPT = str.maketrans("0123456789-+.", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺·")
+_NAMED_UNITS = {"ohm": "Ω", "deg": "°", "degC": "°C", "um": "µm", "uohm": "µΩ", "mohm": "mΩ", "kohm": "kΩ"}
+
+
+def superscript(number: object) -> str:
+    """Digits raised: 10 → ¹⁰."""
+    return str(number).translate(_SUPERSCRIPT)
+
+
+def unit_text(unit: str) -> str:
+    """A unit as it is printed: "N*s/mm**2" → "N·s/mm²"; a pure number has none."""
+    if unit.strip() in ("", "1", "dimensionless"):
+        return ""
+    raised = re.sub(r"(?:\*\*|\^)\(?(-?\d+(?:\.\d+)?)\)?", lambda m: superscript(m[1]), unit)
+    return re.sub(r"[A-Za-z]+", lambda m: _NAMED_UNITS.get(m[0], m[0]), raised).replace("*", "·")
+
+
+def number(x: float, digits: int = 3) -> str:
+    """`x` with so many significant digits: 0.0123, 1.23·10⁻⁷, "–" where there is no such figure."""
+    if not math.isfinite(x):
+        return "–"
+    if x == 0:
+        return "0"
+    exponent = math.floor(math.log10(abs(float(f"{x:.{digits - 1}e}"))))
+    if -4 < exponent < 6:
+        return _minus(f"{x:.{max(digits - 1 - exponent, 0)}f}")
+    return f"{_minus(f'{x / 10.0**exponent:.{digits - 1}f}')}·10{superscript(exponent)}"
+
+
+def measured(value: float, std: float) -> str:
+    """Value and standard deviation to its last two figures: 0.3834 ± 0.0012, (1.20 ± 0.03)·10⁻⁵."""
+    if not math.isfinite(value):
+        return "–"
+    if not (math.isfinite(std) and std > 0):
+        return number(value, 4)
+    size = max(abs(value), std)
+    exponent = math.floor(math.log10(size))
+    shift = 0 if -4 < exponent < 6 else exponent
+    value, std = value / 10.0**shift, std / 10.0**shift
+    decimals = min(max(1 - math.floor(math.log10(std)), 0), 12)
+    text = f"{_minus(f'{value:.{decimals}f}')} ± {std:.{decimals}f}"
+    return f"({text})·10{superscript(shift)}" if shift else text
+
+
+def percent(p: float) -> str:
+    """A probability or a share; never certain."""
+    if not math.isfinite(p):
+        return "–"
+    if p > 0.995:
+        return "> 99 %"
+    return "< 1 %" if p < 0.005 else f"{100 * p:.0f} %"
+
+
+def in_english(things: Iterable[str]) -> str:
+    """a, b and c."""
+    *most, last = list(things) or [""]
+    return f"{', '.join(most)} and {last}" if most else last
+
+
+def name_of(effect_id: str) -> str:
+    """An effect's id as words."""
+    return effect_id.replace("_", " ")
+
+
+def is_unknown(effect: Finding) -> bool:
+    """Whether no catalogued effect explains what this finding stands for."""
+    return effect.id.startswith("unknown_")
+
+
+def headline(verdict: Verdict) -> str:
+    """The verdict in a line."""
+    if verdict.adequate:
+        return "Nothing is missing that these recordings could show"
+    if not verdict.effects:
+        return "The model misses these recordings, and no hypothesis explains how"
+    known = [name_of(e.id) for e in verdict.effects if not is_unknown(e)]
+    ports = [e.port for e in verdict.effects if is_unknown(e)]
+    unknown = [f"physics at the {in_english(ports)} port that no catalogued effect describes"] if ports else []
+    return f"Left out: {in_english([*known, *unknown])}"
+
+
+def summary(verdict: Verdict) -> str:
+    """The verdict's own two sentences, or two made from its figures."""
+    if verdict.summary:
+        return verdict.summary
+    before, after = verdict.before.fit_over_noise, verdict.after.fit_over_noise
+    if verdict.adequate:
+        return f"The model fits the recordings to {number(before)} times the noise. Nothing more can be told from them."
+    rest = f"The misfit is {number(before)} times the noise"
+    if not verdict.effects:
+        return f"{rest}. None of the hypotheses that were tried takes it away."
+    return f"{' '.join(e.says.rstrip('.') + '.' for e in verdict.effects)} {rest}, and {number(after)} times with it."
+
+
+def joint_probability(verdict: Verdict) -> float:
+    """Probability of the least certain of the effects: the verdict stands or falls with it."""
+    return min((e.probability for e in verdict.effects), default=math.nan)
+
+
+def _minus(text: str) -> str:
+    return text.replace("-", "−")
