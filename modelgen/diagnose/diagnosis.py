@@ -18,6 +18,7 @@ from modelgen.diagnose.search import Outcome, Progress, Setting, search, white_j
 from modelgen.diagnose.thin import thin
 from modelgen.diagnose.verdict import Verdict
 from modelgen.effects import Effect
+from modelgen.fit import PSO
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array, Series, make_series
 from modelgen.language import Model
@@ -89,8 +90,13 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
 
 
 def _fit_base(h: Hypothesis, judge: Judge, seed: int) -> Fit:
-    """The base from many starts."""
-    return judge.fit(h, base_starts(h, seed, 12), iterations=150)
+    """The base from many starts; those of a swarm among them where bounds are finite and samples independent."""
+    starts = base_starts(h, seed, 12)
+    problem = h.experiment.problem(starts[0], judge.whiteners)
+    if not h.experiment.model.states and problem.provides >= {"objective_batch"} and np.all(np.isfinite(problem.upper - problem.lower)):
+        swarms = [PSO(particles=60, iterations=300).run(problem, seed=seed + k) for k in range(2)]
+        starts += [np.asarray(x.theta) for x in swarms]
+    return judge.fit(h, starts, iterations=150)
 
 
 def _levelled(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:

@@ -148,7 +148,8 @@ def make_hypotheses(model: Model, case: Case, series: Sequence[Series], sets: Se
         if len(layout.names) <= count:
             made.append((added, extended, layout))
     measures = sorted({s.measure for s in series})
-    functions = build_many([(m, layout.wrt) for _, m, layout in made], ("values", "jacobian"), measures)
+    kernels = ("values", "jacobian", "sumsq") if sets == [()] else ("values", "jacobian")  # a base is swarmed over
+    functions = build_many([(m, layout.wrt) for _, m, layout in made], kernels, measures)
     constants = dict(case.constants)
     return [
         Hypothesis(added, Experiment(m, f, layout, tuple(series), constants))

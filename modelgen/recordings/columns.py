@@ -186,6 +186,8 @@ def _order(
     if is_time(part.unit):
         before, after = (f"{axis[n]:.12g} {part.unit}" for n in (row - 1, row))
         raise fail(f"{table.at(column, row)}: time goes back, from {before} to {after}")
+    if back.size == axis.size - 1:  # a sweep downwards: kept in the order of recording, which a drift follows
+        return None, ()
     return order, (f"{table.at(column, row)}: not in ascending order, the rows were sorted",)
 
 
