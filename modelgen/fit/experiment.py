@@ -1,9 +1,9 @@
-"""A model, its compiled function and recordings as one least-squares problem: the one residual of the project."""
+"""A model, its compiled function and recordings as one least-squares problem, the only residual there is."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -22,14 +22,22 @@ class Layout:
     """Which parameters are free, and where each recording finds its values in θ.
 
     wrt: free parameters of a recording. names: entries of θ, `F_0[sweep]` where a recording has its own.
-    place: (recordings, wrt) positions in θ. own: names of parameters with a value of their own in each recording.
+    place: (recordings, wrt) positions in θ; −1 where a constant of the recording stands, in `held` of the
+    same shape. own: names of parameters with a value of their own in each recording.
     """
 
     wrt: tuple[str, ...]
     names: tuple[str, ...]
     parameters: tuple[Parameter, ...]
     place: Array
+    held: Array
     own: tuple[str, ...]
+
+    def local(self, theta: Array, k: int) -> Array:
+        """Values of `wrt` in recording k for θ (..., len(names)): shape (..., len(wrt))."""
+        theta = np.asarray(theta, dtype=float)
+        ended = np.concatenate([theta, np.full((*theta.shape[:-1], 1), np.nan)], axis=-1)
+        return np.where(self.place[k] >= 0, ended[..., self.place[k]], self.held[k])
 
 
 def initial_parameters(model: Model) -> set[str]:
@@ -44,29 +52,39 @@ def initial_parameters(model: Model) -> set[str]:
     return {p.name for p in model.scalar_parameters if p.name in initial - other}
 
 
-def make_layout(model: Model, case: Case, series: Sequence[Series]) -> Layout:
-    """Free are all parameters that are neither held by a constant nor `known` (unless the case gives bounds)."""
-    held = set(case.constants) | {n for s in series for n in s.constants}
-    free = [p for p in model.scalar_parameters if p.name not in held and (not p.known or p.name in case.bounds)]
-    own = [p.name for p in free if p.name in case.per_recording or p.name in initial_parameters(model)]
-    shared = [p for p in free if p.name not in own]
-    names, parameters = [p.name for p in shared], list(shared)
-    place = np.zeros((len(series), len(free)), dtype=int)
-    wrt = [p.name for p in free]
-    for k, p in enumerate(shared):
-        place[:, wrt.index(p.name)] = k
+def make_layout(
+    model: Model, case: Case, series: Sequence[Series], wrt: tuple[str, ...] | None = None
+) -> Layout:
+    """Free are all parameters that no constant holds and that are not `known` (unless the case gives bounds).
+
+    A constant of one recording holds its parameter there alone. wrt: the free parameters, if decided already.
+    """
+    if wrt is None:
+        everywhere = set.intersection(*(set(s.constants) for s in series)) | set(case.constants)
+        wrt = tuple(
+            p.name
+            for p in model.scalar_parameters
+            if p.name not in everywhere and (not p.known or p.name in case.bounds)
+        )
+    initial = initial_parameters(model)
+    own = tuple(n for n in wrt if n in case.per_recording or n in initial)
+    held = np.array([[s.constants.get(n, np.nan) for n in wrt] for s in series], dtype=float)
+    place = np.full(held.shape, -1)
+    names: list[str] = []
+    for n in [n for n in wrt if n not in own]:
+        moves = np.isnan(held[:, wrt.index(n)])
+        place[moves, wrt.index(n)] = len(names)
+        names += [n] if moves.any() else []
     for r, s in enumerate(series):
-        for name in own:
-            place[r, wrt.index(name)] = len(names)
-            names.append(f"{name}[{s.name}]" if len(series) > 1 else name)
-            parameters.append(model.parameter(name))
-    bounded = tuple(_bounded(p, case.bounds) for p in parameters)
-    return Layout(tuple(wrt), tuple(names), bounded, place, tuple(own))
+        for n in own:
+            if np.isnan(held[r, wrt.index(n)]):
+                place[r, wrt.index(n)] = len(names)
+                names.append(f"{n}[{s.name}]" if len(series) > 1 else n)
+    bounded = tuple(_bounded(model.parameter(n.partition("[")[0]), case.bounds) for n in names)
+    return Layout(wrt, tuple(names), bounded, place, held, own)
 
 
 def _bounded(p: Parameter, bounds: Mapping[str, tuple[float, float]]) -> Parameter:
-    from dataclasses import replace
-
     low, high = bounds.get(p.name, p.bounds)
     default = p.default
     if default is not None and not low <= default <= high:
@@ -88,7 +106,9 @@ class Experiment:
     def prepared(self) -> tuple[Prepared, ...]:
         ready = []
         for s in self.series:
-            values: dict[str, Any] = {p.name: 0.0 for p in self.model.scalar_parameters if p.name in self.layout.wrt}
+            values: dict[str, Any] = {
+                p.name: 0.0 for p in self.model.scalar_parameters if p.name in self.layout.wrt
+            }
             values |= {k: v for k, v in {**self.constants, **s.constants}.items()}
             values |= {i.name: s.inputs[i.name] for i in self.model.inputs if i.name in s.inputs}
             ready.append(self.function.prepare(**values))
@@ -96,7 +116,7 @@ class Experiment:
 
     def local(self, theta: Array, k: int) -> Array:
         """Values of `layout.wrt` in recording k."""
-        return np.asarray(theta)[self.layout.place[k]]
+        return self.layout.local(theta, k)
 
     def raw(self, theta: Array, k: int) -> Array:
         """Model minus data of recording k, (channels, n), not whitened."""
@@ -116,11 +136,12 @@ class Experiment:
         for k, s in enumerate(self.series):
             out, jac = self.prepared[k].jacobian(self.local(theta, k), s.measure)
             rows = list(s.rows)
-            w = (whiteners[k] if whiteners else s.whitener)
+            w = whiteners[k] if whiteners else s.whitener
             rs.append(w.apply(_difference(out[rows], s)).ravel())
             white = w.apply(jac[rows])  # (channels, wrt, n)
             full = np.zeros((white.shape[0], white.shape[2], size))
-            np.add.at(full, (slice(None), slice(None), self.layout.place[k]), white.transpose(0, 2, 1))
+            moves = np.flatnonzero(self.layout.place[k] >= 0)
+            full[:, :, self.layout.place[k][moves]] = white[:, moves].transpose(0, 2, 1)
             js.append(full.reshape(-1, size))
         return np.concatenate(rs), np.concatenate(js)
 
@@ -130,7 +151,8 @@ class Experiment:
         begin = [np.nan if q.default is None else q.default for q in p] if start is None else start
         low, high = np.array([q.bounds[0] for q in p]), np.array([q.bounds[1] for q in p])
         return Problem(
-            self.layout.names, tuple(q.unit for q in p), low, high, np.clip(begin, low, high) if start is not None else np.array(begin),
+            self.layout.names, tuple(q.unit for q in p), low, high,
+            np.array(begin) if start is None else np.clip(begin, low, high),
             residual=lambda t: np.concatenate([w.ravel() for w in self.whitened(t, whiteners)]),
             linearise=lambda t: self.linearised(t, whiteners),
             objective_batch=self._batch(whiteners),
@@ -143,7 +165,12 @@ class Experiment:
         for k, s in enumerate(self.series):
             w = whiteners[k] if whiteners else s.whitener
             kernel = f"sumsq_{s.measure}"
-            if w.root is not None or w.ar is not None or kernel not in self.function.addresses or len(s.rows) != self.function.channels(s.measure):
+            if (
+                w.root is not None
+                or w.ar is not None
+                or kernel not in self.function.addresses
+                or len(s.rows) != self.function.channels(s.measure)
+            ):
                 return None
             weight = np.stack([np.abs(w.weight)] * 2) if np.iscomplexobj(w.weight) else w.weight
             plans.append((self.prepared[k].pad(s.data), self.prepared[k].pad(weight)))
@@ -151,7 +178,7 @@ class Experiment:
         def batch(thetas: Array) -> Array:
             total = np.zeros(len(thetas))
             for k, (data, weight) in enumerate(plans):
-                local = np.ascontiguousarray(thetas[:, self.layout.place[k]])
+                local = self.layout.local(thetas, k)
                 total += self.prepared[k].sumsq(local, self.series[k].measure, data, weight)
             return np.where(np.isfinite(total), total, np.inf)
 
@@ -163,15 +190,16 @@ def _difference(out: Array, s: Series) -> Array:
     return e - 360.0 * np.round(e / 360.0) if s.measure == "phase" else e
 
 
-def experiment(model: Model, case: Case, series: Sequence[Series], function: Function | None = None) -> Experiment:
+def experiment(
+    model: Model, case: Case, series: Sequence[Series], function: Function | None = None
+) -> Experiment:
     """Put model, case and recordings together; compiles the model for the case's free parameters.
 
-    Raises InputError when nothing is free.
+    function: `model` compiled before, whose `wrt` then says what is free. Raises InputError when nothing is.
     """
     from modelgen.codegen import build
 
-    layout = make_layout(model, case, series)
+    layout = make_layout(model, case, series, function.wrt if function else None)
     if not layout.wrt:
         raise InputError(f"nothing to fit: every parameter of '{model.id}' is held by a constant")
-    constants = {k: v for k, v in case.constants.items()}
-    return Experiment(model, function or build(model, layout.wrt), layout, tuple(series), constants)
+    return Experiment(model, function or build(model, layout.wrt), layout, tuple(series), case.constants)

@@ -133,7 +133,7 @@ class IPOPT(Method):
             # near a bound is where many optima are, and where a chained start comes from: hardly push inside
             "bound_push": 1e-6,
             "bound_frac": 1e-6,
-            "mu_init": 1e-6 if warm else 1e-2,
+            "mu_init": 1e-6 if warm else 1e-5,
         }
         if self.hessian == "limited-memory":
             ipopt["hessian_approximation"] = "limited-memory"

@@ -87,10 +87,13 @@ class Problem:
 
     @cached_property
     def width(self) -> Vector:
-        """The affine scale of each parameter (p,): the span of its bounds, else |start|, else 1."""
+        """The affine scale of each parameter (p,): the span of its bounds, else |start|, else 1.
+
+        Bounds that are searched by the logarithm say nothing of the scale: there it is |start|, too.
+        """
         span = self.upper - self.lower
         own = np.where(self.start != 0, np.abs(self.start), 1.0)
-        return np.where(np.isfinite(span), span, own)
+        return np.where(np.isfinite(span) & ~wide(self.lower, self.upper), span, own)
 
     def value(self, theta: ArrayLike) -> float:
         """r·r at θ (p,); +inf where it is not finite."""

@@ -18,13 +18,13 @@ class PSO(Method):
 
     v ← w v + c1 r1 (own best − x) + c2 r2 (swarm's best − x), x ← x + v, r1 and r2 uniform in [0, 1] for each
     coordinate (Kennedy & Eberhart 1995, Shi & Eberhart 1998); flow as in the GMM paper, Sec. 2.4, Fig. 4.
-    The variable x is affine, 0 to 1 across the box. The first positions are uniform in it, but log-uniform
-    where bounds are positive and more than two decades apart. v_max: greatest speed, as a part of the box.
-    bounds_handling: "reflect" mirrors the position and turns the speed, "clip" stops at the wall, "infinite"
-    lets particles leave, where nothing is as good as inside. topology: drawn to the best of all ("global") or
-    of three neighbours ("ring"). include_start: the first particle sits at the start. tol: the extent of the
-    swarm at which it has converged. The default (w = 0.7298, c1 = c2 = 1.49618) is the constriction of Clerc
-    & Kennedy (2002).
+    The variable x runs from 0 to 1 across the box: evenly, but by the logarithm where bounds are positive and
+    more than two decades apart. The first positions are uniform in it. v_max: greatest speed, as a part of
+    the box. bounds_handling: "reflect" mirrors the position and turns the speed, "clip" stops at the wall,
+    "infinite" lets particles leave, where nothing is as good as inside. topology: drawn to the best of all
+    ("global") or of three neighbours ("ring"). include_start: the first particle sits at the start. tol: the
+    extent of the swarm at which it has converged. The default (w = 0.7298, c1 = c2 = 1.49618) is the
+    constriction of Clerc & Kennedy (2002).
 
     A parameter with an infinite bound is searched to 10 |start| from its start; a start of 0 is an
     InputError.
@@ -71,21 +71,20 @@ class PSO(Method):
     def _search(self, problem: Problem, start: Vector, watch: Watch, seed: Seed) -> Outcome:
         rng = np.random.default_rng(self.seed if seed is None else seed)
         low, high = problem.box()
-        span = high - low
-        x = (uniform(low, high, rng.random((self.particles, low.size))) - low) / span
+        x = rng.random((self.particles, low.size))
         if self.include_start:
-            x[0] = np.clip((start - low) / span, 0, 1)
+            x[0] = place(low, high, start)
         v = rng.uniform(-self.v_max, self.v_max, x.shape)
-        own, value = x, watch.values(low + x * span)
+        own, value = x, watch.values(uniform(low, high, x))
         for iteration in range(1, self.iterations + 1):
             leader = self._leader(own, value)
             r1, r2 = rng.random((2, *x.shape))
             v = self.w * v + self.c1 * r1 * (own - x) + self.c2 * r2 * (leader - x)
             x, v = self._contain(x, np.clip(v, -self.v_max, self.v_max))
-            trial = self._evaluate(watch, x, low, span)
+            trial = self._evaluate(watch, x, low, high)
             better = trial < value
             own, value = np.where(better[:, None], x, own), np.where(better, trial, value)
-            watch.population = low + own * span
+            watch.population = uniform(low, high, own)
             watch.tell(iteration, self.iterations)
             if max(np.ptp(own, axis=0).max(), np.abs(v).max()) < self.tol:
                 return watch.outcome(Reason.COLLAPSED)
@@ -110,12 +109,12 @@ class PSO(Method):
         return np.clip(np.where(new < 0, -new, np.where(new > 1, 2 - new, new)), 0, 1), np.where(out, -v, v)
 
     @staticmethod
-    def _evaluate(watch: Watch, x: Matrix, low: Vector, span: Vector) -> Vector:
+    def _evaluate(watch: Watch, x: Matrix, low: Vector, high: Vector) -> Vector:
         """r·r of each particle (m,); +inf outside the box, where the model is not asked."""
         inside = ((x >= 0) & (x <= 1)).all(axis=1)
         values = np.full(len(x), np.inf)
         if inside.any():
-            values[inside] = watch.values(low + x[inside] * span)
+            values[inside] = watch.values(uniform(low, high, x[inside]))
         return values
 
 
@@ -124,3 +123,11 @@ def uniform(low: Vector, high: Vector, u: Matrix) -> Matrix:
     log = wide(low, high)
     ratio = np.where(log, high / np.where(log, low, 1), 1.0)
     return np.clip(np.where(log, low * ratio**u, low + u * (high - low)), low, high)
+
+
+def place(low: Vector, high: Vector, theta: Vector) -> Vector:
+    """Where θ (p,) lies in the box, 0 to 1: the inverse of `uniform`."""
+    log = wide(low, high)
+    floor = np.where(log, low, 1)
+    by_ratio = np.log(np.where(log, theta, 1) / floor) / np.log(np.where(log, high / floor, np.e))
+    return np.clip(np.where(log, by_ratio, (theta - low) / (high - low)), 0, 1)

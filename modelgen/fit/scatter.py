@@ -13,8 +13,8 @@ Array = np.ndarray[Any, np.dtype[Any]]
 def local_scatter(x: Array, order: int = 4) -> float:
     """Standard deviation of the independent part of a record x (n,), real or complex (then of each part).
 
-    Differences of order `order` remove what is smooth; their median is blind to a few outliers. A smooth record
-    without noise gives its rounding. Never zero: a constant record gives 1e-12 of its size.
+    Differences of order `order` remove what is smooth; their median is blind to a few outliers. A smooth
+    record without noise gives its rounding. Never zero: a constant record gives 1e-12 of its size.
     """
     x = np.asarray(x)
     floor = 1e-12 * (float(np.max(np.abs(x))) or 1.0)

@@ -1,4 +1,4 @@
-"""Recordings as a fit sees them: completed inputs, real channels of data, and the noise that whitens residuals."""
+"""Recordings as a fit sees them: completed inputs, real channels of data, and the noise that whitens."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ Array = np.ndarray[Any, np.dtype[Any]]
 class Whitener:
     """Turns residuals into independent ones of unit variance, as far as the noise is known.
 
-    weight: (channels, n) real, or (n,) complex, which multiplies the complex residual (so that a noise that is
-    relative to |Z| is turned into the frame of Z). root: (n, n), applied along the samples: the inverse of a
-    Cholesky factor of the correlation. ar: coefficients (1, a1, …) of a whitening filter along the samples.
+    weight: (channels, n) real, or (n,) complex, which multiplies the complex residual (so that a noise that
+    is relative to |Z| is turned into the frame of Z). root: (n, n), applied along the samples: the inverse of
+    a Cholesky factor of the correlation. ar: coefficients (1, a1, …) of a whitening filter along the samples.
     """
 
     weight: Array
@@ -57,8 +57,9 @@ class Whitener:
 class Series:
     """One recording ready for any model of the same signature.
 
-    inputs: recorded and derived ones. data: (channels, n). measure: what the channels are ("complex", "modulus",
-    "phase", "real"). rows: which of the model's real outputs the channels are. size: |data| per sample, for scale.
+    inputs: recorded and derived ones. data: (channels, n). measure: what the channels are ("complex",
+    "modulus", "phase", "real"). rows: which of the model's real outputs the channels are. size: |data| per
+    sample, for scale.
     """
 
     name: str
@@ -108,7 +109,10 @@ def make_series(model: Model, case: Case, recording: Recording) -> Series:
     found = [o for o in outputs if o in recording.outputs]
     if not found:
         have = ", ".join(recording.outputs) or "nothing"
-        raise InputError(f"recording '{recording.name}' holds {have}, but a fit of '{model.id}' needs {' or '.join(outputs)}")
+        raise InputError(
+            f"recording '{recording.name}' holds {have}, "
+            f"but a fit of '{model.id}' needs {' or '.join(outputs)}"
+        )
     unit = model[found[0]].unit
     y = recording.outputs[found[0]]
     kind = recording.kinds[found[0]]
@@ -133,7 +137,8 @@ def _input_noise(model: Model, case: Case) -> dict[str, float | None]:
 
 
 def _weight(case: Case, recording: Recording, found: list[str], kind: str, y: Array) -> tuple[Array, bool]:
-    """1/σ of each sample, and whether σ is stated. Where it is not, impedances get a relative noise, others one level."""
+    """1/σ of each sample, and whether σ is stated: if not, impedances get a relative noise, others one
+    level."""
     from modelgen.fit.scatter import local_scatter
 
     first = found[0]
@@ -163,7 +168,7 @@ def _unwrapped_log(z: Array) -> Array:
 
 
 def _calibration_root(model: Model, case: Case, recording: Recording, output: str, kind: str) -> Array | None:
-    """Whitens a smooth relative instrument error with correlation length in ln f on top of independent noise."""
+    """Whitens a smooth relative instrument error, correlated over a length in ln f, and independent noise."""
     stated = case.noise.calibration.get(output)
     if stated is None or kind not in ("complex", "modulus"):
         return None

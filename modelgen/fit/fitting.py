@@ -1,0 +1,215 @@
+"""Fit a model to a case: parameters with uncertainties, and how it does on recordings it never saw."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from modelgen.errors import InputError, did_you_mean
+from modelgen.fit.experiment import Experiment, experiment
+from modelgen.fit.gauss_newton import GaussNewton
+from modelgen.fit.method import Method, Outcome, Progress, Reason, part
+from modelgen.fit.multistart import MultiStart
+from modelgen.fit.problem import Problem, Vector, wide
+from modelgen.fit.result import Estimate, FitResult, RecordingFit, estimates
+from modelgen.fit.series import Array, Series, make_series
+from modelgen.fit.uncertainty import assess
+from modelgen.language import Model
+from modelgen.recordings import Case
+
+STARTS = 10  # of each of the two parts of the default search
+REACH = 30.0  # a parameter without a range is searched from its start divided to its start times this
+MISFIT = 1.5  # rms over noise above which a note says that the model leaves something out
+
+
+def fit(
+    model: Model,
+    case: Case,
+    method: Method | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+    start: Mapping[str, float] | None = None,
+) -> FitResult:
+    """Fit the free parameters of `model` to the recordings of role "fit".
+
+    method: an optimiser or a chain; by default Gauss–Newton from the model's start and from a Latin hypercube
+    of others. start: values to begin with, by name. Where [noise] is not stated, its level is taken from how
+    neighbouring samples scatter, and standard deviations follow from the residual. Hold-out recordings are
+    predicted with all shared parameters fixed; only those with a value in each recording (offset, initial
+    state) are refitted on them. Ctrl-C keeps the best point so far.
+    Raises InputError when nothing is free, the data are fewer than the parameters, or a start makes no sense.
+    """
+    began = time.perf_counter()
+    series = [make_series(model, case, r) for r in case.fit]
+    ex = experiment(model, case, series)
+    problem = _started(ex.problem(), start)
+    if method is None:
+        outcome, says = _thorough(problem, case, seed, progress), "Gauss–Newton from several starts"
+    else:
+        outcome, says = _searched(method, problem, case, seed, progress), method.text
+    if not np.isfinite(outcome.value):
+        raise InputError(f"the fit of '{model.id}' failed: {outcome.reason.value.removeprefix('failed: ')}")
+    known = assess(problem, outcome.theta, estimate_noise=not all(s.stated for s in series))
+    parts = [(s, ex.raw(outcome.theta, k), w) for k, (s, w) in enumerate(_whitened(ex, outcome.theta))]
+    parts += [predict(ex, case, outcome.theta, make_series(model, case, r)) for r in case.holdout]
+    found = estimates(problem, outcome.theta, known)
+    over = {role: _rms([w for s, _, w in parts if s.role == role]) for role in ("fit", "holdout")}
+    return FitResult(
+        model=model.id, parameters=found, correlation=known.correlation, rank=known.rank,
+        undetermined=known.undetermined, rms=_by_unit(model, parts), rms_over_noise=over,
+        seconds=time.perf_counter() - began, reason=outcome.reason.value, method=says,
+        recordings=tuple(_recording(model, *p) for p in parts),
+        notes=_notes(case, outcome, found, over["fit"]),
+    )  # fmt: skip
+
+
+def predict(ex: Experiment, case: Case, theta: Vector, series: Series) -> tuple[Series, Array, Array]:
+    """`series`, its raw and its whitened residual (channels, n), with the shared values of θ.
+
+    θ belongs to the layout of `ex`. Parameters with a value in each recording are fitted to `series` alone.
+    Raises InputError when it is shorter than these are many, or lacks a constant that all others have.
+    """
+    lost = (
+        set.intersection(*(set(s.constants) for s in ex.series)) - set(case.constants) - set(series.constants)
+    )
+    if lost:
+        raise InputError(
+            f"recording '{series.name}': '{min(lost)}' is a constant of every other, but not here"
+        )
+    alone = experiment(ex.model, case, [series], ex.function)
+    found = dict(
+        zip(ex.layout.wrt, ex.local(theta, 0), strict=True)
+    )  # own ones begin as in the first recording
+    found |= dict(zip(ex.layout.names, theta, strict=True))
+    full = np.array([found[n] for n in alone.layout.names], dtype=float)
+    own = np.array([n in alone.layout.own for n in alone.layout.names], dtype=bool)
+    if own.any():
+        full[own] = GaussNewton().run(_only(alone, full, own)).theta
+    return series, alone.raw(full, 0), alone.whitened(full)[0]
+
+
+def _only(ex: Experiment, full: Vector, free: Array) -> Problem:
+    """The problem in which only the parameters marked by `free` (p,) move; the others stay at `full`."""
+    parameters = [p for p, moves in zip(ex.layout.parameters, free, strict=True) if moves]
+
+    def whole(theta: Vector) -> Vector:
+        values = full.copy()
+        values[free] = theta
+        return values
+
+    def linearise(theta: Vector) -> tuple[Vector, Vector]:
+        r, J = ex.linearised(whole(theta))
+        return r, J[:, free]
+
+    return Problem(
+        tuple(p.name for p in parameters), tuple(p.unit for p in parameters),
+        np.array([p.bounds[0] for p in parameters]), np.array([p.bounds[1] for p in parameters]), full[free],
+        residual=lambda theta: linearise(theta)[0], linearise=linearise,
+        n_data=sum(s.data.size for s in ex.series),
+    )  # fmt: skip
+
+
+def _started(problem: Problem, start: Mapping[str, float] | None) -> Problem:
+    """`problem` with the user's starts. Raises InputError for an unknown name or a value out of bounds."""
+    begin = problem.start.copy()
+    for name, value in (start or {}).items():
+        places = [k for k, n in enumerate(problem.names) if n == name or n.startswith(f"{name}[")]
+        if not places:
+            raise InputError(f"start: '{name}' is not a free parameter{did_you_mean(name, problem.names)}")
+        begin[places] = value
+    return replace(problem, start=begin)
+
+
+def _thorough(problem: Problem, case: Case, seed: int, progress: Progress | None) -> Outcome:
+    """Gauss–Newton from the start, from others near it, and from others in the whole box about the best end.
+
+    That end tells the scale of what has no bounds, and the whole box holds basins that are far away.
+    """
+    many = MultiStart(starts=STARTS)
+    first = _searched(many, _scaled(problem, problem.start), case, seed, part(progress, 0, 2))
+    if first.reason is Reason.INTERRUPTED:
+        return first
+    about = first.theta if np.isfinite(first.value) else problem.start
+    second = many.run(_scaled(problem, about), progress=part(progress, 1, 2), seed=seed)
+    worth = second.value < first.value * (1 - 1e-9) or not np.isfinite(first.value)
+    best = second if worth else first
+    return replace(best, reason=second.reason) if second.reason is Reason.INTERRUPTED else best
+
+
+def _scaled(problem: Problem, start: Vector) -> Problem:
+    """`problem` from `start`, with another value than 0 where that is all that tells how far to look."""
+    unbounded = ~(np.isfinite(problem.lower) & np.isfinite(problem.upper))
+    other = np.where(problem.start != 0, problem.start, np.where(problem.upper > 0, 1.0, -1.0))
+    begin = np.where(unbounded & (start == 0), other, start)
+    return replace(problem, start=np.clip(begin, problem.lower, problem.upper))
+
+
+def _searched(method: Method, problem: Problem, case: Case, seed: int, progress: Progress | None) -> Outcome:
+    """Run `method`, which may draw starts from the bounds, on ranges that are worth a search.
+
+    Without [bounds] a parameter has the limits of what is physical, a dozen decades apart, most of them
+    without a resonance in sight. It is searched within a factor of REACH of its start, and freed at the end.
+    """
+    free = np.array([n.partition("[")[0] not in case.bounds for n in problem.names])
+    free &= wide(problem.lower, problem.upper) & (problem.start > 0)
+    low = np.where(free, np.maximum(problem.lower, problem.start / REACH), problem.lower)
+    high = np.where(free, np.minimum(problem.upper, problem.start * REACH), problem.upper)
+    near = replace(problem, lower=low, upper=high)
+    outcome = method.run(near, progress=progress, seed=seed)
+    if outcome.reason is Reason.INTERRUPTED or not np.any(free & near.at_bound(outcome.theta)):
+        return outcome
+    last = GaussNewton().run(problem, outcome.theta)
+    return last if last.value < outcome.value else outcome
+
+
+def _whitened(ex: Experiment, theta: Vector) -> Sequence[tuple[Series, Array]]:
+    return list(zip(ex.series, ex.whitened(theta), strict=True))
+
+
+def _rms(arrays: Sequence[Array]) -> float:
+    """Root of the mean square over all numbers in `arrays`; NaN for none."""
+    return float(np.sqrt(np.mean(np.concatenate([a.ravel() for a in arrays]) ** 2))) if arrays else np.nan
+
+
+def _channels(model: Model, s: Series, raw: Array) -> dict[str, Array]:
+    """Residuals by unit; of a complex quantity its modulus, so that its rms is that of |ΔZ|."""
+    from modelgen.codegen.lower import primary_outputs
+
+    if s.measure in ("complex", "modulus", "phase"):
+        return {"deg" if s.measure == "phase" else s.unit: np.linalg.norm(raw, axis=0)}
+    outputs = primary_outputs(model)
+    by_unit: dict[str, list[Array]] = {}
+    for row, e in zip(s.rows, raw, strict=True):
+        by_unit.setdefault(model[outputs[row]].unit, []).append(e)
+    return {unit: np.concatenate(rows) for unit, rows in by_unit.items()}
+
+
+def _by_unit(model: Model, parts: Sequence[tuple[Series, Array, Array]]) -> dict[str, dict[str, float]]:
+    """rms of the residual: unit → role → figure, the unit of the first channel first."""
+    found: dict[str, dict[str, list[Array]]] = {}
+    for s, raw, _ in parts:
+        for unit, e in _channels(model, s, raw).items():
+            found.setdefault(unit, {}).setdefault(s.role, []).append(e)
+    return {unit: {role: _rms(rows) for role, rows in roles.items()} for unit, roles in found.items()}
+
+
+def _recording(model: Model, s: Series, raw: Array, white: Array) -> RecordingFit:
+    unit, e = next(iter(_channels(model, s, raw).items()))
+    return RecordingFit(s.name, s.role, s.n, _rms([e]), unit, _rms([white]))
+
+
+def _notes(case: Case, outcome: Outcome, found: Sequence[Estimate], over: float) -> tuple[str, ...]:
+    """What a reader of the result should know, in sentences."""
+    notes = [warning for r in case.recordings for warning in r.warnings]
+    notes += [f"{e.name} lies on its bound" for e in found if e.at_bound]
+    if over > MISFIT:
+        notes.append(
+            f"the residual is {over:.3g} times the noise: the model leaves something out, which standard "
+            "deviations do not cover; `modelgen diagnose` looks for it"
+        )
+    if outcome.starts > 1:
+        notes.append(f"{outcome.reached} of {outcome.starts} starts reached this optimum")
+    return tuple(notes)
