@@ -1,4 +1,5 @@
-"""Units at the border: Pint reads and converts them; inside, every number is in the unit of its declaration."""
+"""Units at the border: Pint reads and converts them; inside, every number is in the unit of its
+declaration."""
 
 from __future__ import annotations
 

@@ -9,7 +9,8 @@ from modelgen.errors import InputError, did_you_mean
 
 
 def run_user_file(shown: str, file: Path, wanted: str) -> dict[str, Any]:
-    """The global names of `file` after running it; `shown` is its name in messages, `wanted` what should be in it.
+    """The global names of `file` after running it; `shown` is its name in messages, `wanted` what should be
+    in it.
 
     Raises InputError with file, line and cause when it is not there, cannot be read, or fails.
     """

@@ -1,4 +1,5 @@
-"""Builds models: C text, library in the cache, callable function. What was built once is found again by its hash."""
+"""Builds models: C text, library in the cache, callable function. What was built once is found again by its
+hash."""
 
 from __future__ import annotations
 
@@ -30,7 +31,8 @@ def build(model: Model, wrt: Sequence[str] | None = None) -> Function:
     """Compile `model` and load it.
 
     `wrt` names the parameters by which Jacobians are taken; by default all that are not `known`.
-    Raises InputError for a model or name that is wrong, ToolError when there is no compiler or no place to write.
+    Raises InputError for a model or name that is wrong, ToolError when there is no compiler or no place to
+    write.
     """
     return _build(model, default_wrt(model) if wrt is None else tuple(wrt))
 
@@ -55,7 +57,10 @@ def build_many(
     found = {k: _remembered(k) for k in set(keys)}
     missing = {k: mw for k, mw in zip(keys, models, strict=True) if found[k] is None}
     if missing:
-        sources = {k: emit(build_program(m, w), kernels, _prefix(m, k, len(models)), measures) for k, (m, w) in missing.items()}
+        sources = {
+            k: emit(build_program(m, w), kernels, _prefix(m, k, len(models)), measures)
+            for k, (m, w) in missing.items()
+        }
         cores = max(1, min(os.cpu_count() or 1, (len(missing) + 3) // 4))
         groups = [list(sources)[c::cores] for c in range(cores)]
         with ThreadPoolExecutor(cores) as pool:
@@ -89,9 +94,23 @@ def _code_version() -> str:
     return hashlib.sha256(b"".join(f.read_bytes() for f in sorted(files))).hexdigest()
 
 
-def _key(model: Model, wrt: Sequence[str], kernels: Sequence[str], measures: Sequence[str] | None, level: tuple[str, ...]) -> str:
+def _key(
+    model: Model,
+    wrt: Sequence[str],
+    kernels: Sequence[str],
+    measures: Sequence[str] | None,
+    level: tuple[str, ...],
+) -> str:
     compiler = find_compiler()
-    parts = (model.hash, model.options, tuple(wrt), tuple(kernels), measures and tuple(measures), compiler.identity, compiler.flags(level))
+    parts = (
+        model.hash,
+        model.options,
+        tuple(wrt),
+        tuple(kernels),
+        measures and tuple(measures),
+        compiler.identity,
+        compiler.flags(level),
+    )
     return hashlib.sha256(repr(parts).encode() + _code_version().encode()).hexdigest()[:24]
 
 
@@ -116,7 +135,8 @@ def _remember(key: str, source: Source, library: Path) -> None:
 
 
 def generate(model: Model, folder: Path) -> tuple[Path, Path]:
-    """Write a model's header and source into `folder` and return their paths; unchanged files are not touched.
+    """Write a model's header and source into `folder` and return their paths; unchanged files are not
+    touched.
 
     Raises ToolError when the folder can't be written.
     """

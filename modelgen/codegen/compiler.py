@@ -18,14 +18,16 @@ from pathlib import Path
 from modelgen.errors import ToolError
 
 FAST = ("-O3", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast")
-"""No -ffast-math: sums keep their order, NaN and infinity keep their meaning. FMA may round once instead of twice."""
+"""No -ffast-math: sums keep their order, NaN and infinity keep their meaning. FMA may round once instead of
+twice."""
 QUICK = ("-O1", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast")
 """For code that is compiled to be run a few times: half the time of FAST at the compiler."""
 
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C compiler: the command, its name, and what tells this very compiler on this very machine from others."""
+    """A C compiler: the command, its name, and what tells this very compiler on this very machine from
+    others."""
 
     command: tuple[str, ...]
     name: str
@@ -47,14 +49,20 @@ def find_compiler() -> Compiler:
             real = Path(path).resolve()
             stat = real.stat()
             name = "zig" if "zig" in real.name else "clang" if "clang" in real.name else "gcc"
-            return Compiler((path, *command[1:]), name, f"{real}:{stat.st_size}:{stat.st_mtime_ns}:{_machine()}")
+            return Compiler(
+                (path, *command[1:]), name, f"{real}:{stat.st_size}:{stat.st_mtime_ns}:{_machine()}"
+            )
     if chosen:
         raise ToolError(f"no C compiler: CC is set to '{chosen}', which is not found")
     if find_spec("ziglang") is not None:
         from importlib.metadata import version
 
-        return Compiler((sys.executable, "-m", "ziglang", "cc"), "zig", f"zig:{version('ziglang')}:{_machine()}")
-    raise ToolError("no C compiler: none of gcc, cc, clang is found, and CC is not set; 'pip install ziglang' brings one")
+        return Compiler(
+            (sys.executable, "-m", "ziglang", "cc"), "zig", f"zig:{version('ziglang')}:{_machine()}"
+        )
+    raise ToolError(
+        "no C compiler: none of gcc, cc, clang is found, and CC is not set; 'pip install ziglang' brings one"
+    )
 
 
 @cache
@@ -74,7 +82,11 @@ def _machine() -> str:
 def cache_folder() -> Path:
     """$MODELGEN_CACHE, or the user's cache folder, or a temporary one when that can't be written."""
     chosen = os.environ.get("MODELGEN_CACHE")
-    base = Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "modelgen"
+    base = (
+        Path(chosen)
+        if chosen
+        else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "modelgen"
+    )
     try:
         base.mkdir(parents=True, exist_ok=True)
         if os.access(base, os.W_OK):
@@ -112,11 +124,17 @@ def compile_library(files: dict[str, str], level: tuple[str, ...] = FAST) -> Pat
                 (Path(folder) / name).write_text(text)
             sources = [n for n in files if n.endswith(".c")]
             command = [*compiler.command, *compiler.flags(level), *sources, "-o", "out.so", "-lm"]
-            env = {**os.environ, "ZIG_GLOBAL_CACHE_DIR": str(cache_folder() / "zig")} if compiler.name == "zig" else None
+            env = (
+                {**os.environ, "ZIG_GLOBAL_CACHE_DIR": str(cache_folder() / "zig")}
+                if compiler.name == "zig"
+                else None
+            )
             done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=env, check=False)
             if done.returncode != 0:
                 first = next((x for x in done.stderr.splitlines() if "error" in x), done.stderr.strip()[:200])
-                raise ToolError(f"the C compiler ({compiler.command[0]}) refused {', '.join(sources)}: {first.strip()}")
+                raise ToolError(
+                    f"the C compiler ({compiler.command[0]}) refused {', '.join(sources)}: {first.strip()}"
+                )
             os.replace(Path(folder) / "out.so", target)
     except OSError as why:
         raise ToolError(f"can't compile into '{cache_folder()}': {why.strerror or why}") from why

@@ -12,14 +12,17 @@ RELATION = {"lt": "<", "le": "<=", "eq": "==", "ne": "!=", "and": "&&", "or": "|
 FUNCTION = {"fmin": "mg_min", "fmax": "mg_max", "sign": "mg_sign"}
 ATOM, LONGEST = 9, 72
 
-RESERVED = frozenset(
-    """auto break case char const continue default do double else enum extern float for goto if inline int long register
-    restrict return short signed sizeof static struct switch typedef union unsigned void volatile while n i b l k in p
-    stride work out jac data weight acc theta nset ssq jtj jtr lanes step gamma y0 y1 yn j0 j1 jn exp log pow sin cos
-    tan asin acos atan atan2 sinh cosh tanh sqrt fabs floor ceil fmod hypot erf lgamma tgamma expm1 log1p signgam
-    time index div abs labs remove rename round trunc rint fmin fmax fma significand drem scalb main NULL EOF
-    size_t NAN INFINITY nan inf""".split()
-)
+RESERVED = frozenset((
+    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern",
+    "float", "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short",
+    "signed", "sizeof", "static", "struct", "switch", "typedef", "union", "unsigned", "void", "volatile",
+    "while", "n", "i", "b", "l", "k", "in", "p", "stride", "work", "out", "jac", "data", "weight", "acc",
+    "theta", "nset", "ssq", "jtj", "jtr", "lanes", "step", "gamma", "y0", "y1", "yn", "j0", "j1", "jn", "exp",
+    "log", "pow", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "sqrt",
+    "fabs", "floor", "ceil", "fmod", "hypot", "erf", "lgamma", "tgamma", "expm1", "log1p", "signgam", "time",
+    "index", "div", "abs", "labs", "remove", "rename", "round", "trunc", "rint", "fmin", "fmax", "fma",
+    "significand", "drem", "scalb", "main", "NULL", "EOF", "size_t", "NAN", "INFINITY", "nan", "inf",
+))  # fmt: skip
 
 
 def c_name(name: str) -> str:
@@ -48,7 +51,8 @@ class Printer:
     comments: set[str] = field(default_factory=set)
 
     def lines(self, ids: Iterable[int], roots: Iterable[int]) -> list[str]:
-        """Declarations of `ids` (in order) that `roots` or each other need; roots get a name or stay inline."""
+        """Declarations of `ids` (in order) that `roots` or each other need; roots get a name or stay
+        inline."""
         ids = [at for at in sorted(set(ids)) if at not in self.names and self.graph.nodes[at].op != "const"]
         uses = self._uses(ids, roots)
         out = []
@@ -57,10 +61,16 @@ class Printer:
             text, _ = self._expression(at)
             label = self.graph.labels.get(at)
             is_pair = node.op == "call" and (at in self._pair_calls())
-            if not label and not is_pair and (node.op in ("re", "im") or uses.get(at, 0) <= 1 and len(text) <= LONGEST):
+            if (
+                not label
+                and not is_pair
+                and (node.op in ("re", "im") or (uses.get(at, 0) <= 1 and len(text) <= LONGEST))
+            ):
                 continue
             name = self._fresh(c_name(label[0]) if label else f"t{at}")
-            comment = f"  /* {_ascii(label[1])} */" if label and label[1] and label[1] not in self.comments else ""
+            comment = (
+                f"  /* {_ascii(label[1])} */" if label and label[1] and label[1] not in self.comments else ""
+            )
             if label:
                 self.comments.add(label[1])
             out.append(f"const {'mg_complex' if is_pair else 'double'} {name} = {text};{comment}")
@@ -135,6 +145,22 @@ class Printer:
 
 def _ascii(text: str) -> str:
     """Comment text in C's basic characters, so that any compiler reads the file."""
-    table = {"−": "-", "·": "*", "²": "^2", "³": "^3", "–": "-", "ω": "omega", "√": "sqrt", "π": "pi", "′": "'"}
-    text = "".join(table.get(ch, ch) for ch in text).replace("*/", "* /").replace("/*", "/ *").replace("\\", "/").replace("\n", " ")
+    table = {
+        "−": "-",
+        "·": "*",
+        "²": "^2",
+        "³": "^3",
+        "–": "-",
+        "ω": "omega",
+        "√": "sqrt",
+        "π": "pi",
+        "′": "'",
+    }
+    text = (
+        "".join(table.get(ch, ch) for ch in text)
+        .replace("*/", "* /")
+        .replace("/*", "/ *")
+        .replace("\\", "/")
+        .replace("\n", " ")
+    )
     return text.encode("ascii", "replace").decode()

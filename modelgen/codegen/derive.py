@@ -1,4 +1,5 @@
-"""Exact derivatives of SX that holds opaque calls: CasADi's own, with the calls' derivatives chained in by hand."""
+"""Exact derivatives of SX that holds opaque calls: CasADi's own, with the calls' derivatives chained in by
+hand."""
 
 from __future__ import annotations
 
@@ -89,7 +90,8 @@ class Chain:
 
 @dataclass(frozen=True)
 class Residual:
-    """The residual of an implicit equation, in symbols of its own: `symbols` of the arguments, then of the unknown."""
+    """The residual of an implicit equation, in symbols of its own: `symbols` of the arguments, then of the
+    unknown."""
 
     statement: Implicit
     arguments: tuple[str, ...]

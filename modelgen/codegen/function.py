@@ -46,7 +46,11 @@ class Prepared:
     def jacobian(self, theta: Sequence[float] | Array, measure: str) -> tuple[Array, Array]:
         """Channels (channels, n) and their derivatives (channels, columns, n)."""
         channels, columns = self.function.channels(measure), len(self.function.wrt)
-        p, out, jac = self._with(theta), np.empty((channels, self.stride)), np.empty((channels, columns, self.stride))
+        p, out, jac = (
+            self._with(theta),
+            np.empty((channels, self.stride)),
+            np.empty((channels, columns, self.stride)),
+        )
         self.function.call(f"jacobian_{measure}", self.n, self.stride, self.work, p, out, jac)
         return out[:, : self.n], jac[:, :, : self.n]
 
@@ -57,17 +61,24 @@ class Prepared:
         return full
 
     def sumsq(self, thetas: Array, measure: str, data: Array, weight: Array) -> Array:
-        """Σ (weight (model − data))² for each row of `thetas` (sets, columns). `data`, `weight` come from `pad`."""
+        """Σ (weight (model − data))² for each row of `thetas` (sets, columns). `data`, `weight` come from
+        `pad`."""
         thetas = np.ascontiguousarray(thetas, dtype=float)
         ssq = np.empty(len(thetas))
-        self.function.call(f"sumsq_{measure}", len(thetas), self.n, self.stride, self.work, self.p, thetas, data, weight, ssq)
+        self.function.call(
+            f"sumsq_{measure}", len(thetas), self.n, self.stride, self.work, self.p, thetas, data, weight, ssq
+        )
         return ssq
 
-    def normal(self, theta: Sequence[float] | Array, measure: str, data: Array, weight: Array) -> tuple[float, Array, Array]:
+    def normal(
+        self, theta: Sequence[float] | Array, measure: str, data: Array, weight: Array
+    ) -> tuple[float, Array, Array]:
         """e·e, Jᵀe and JᵀJ of the weighted residual e = weight (model − data)."""
         columns = len(self.function.wrt)
         flat = np.empty(columns * (columns + 1) // 2 + columns + 1)
-        self.function.call(f"normal_{measure}", self.n, self.stride, self.work, self._with(theta), data, weight, flat)
+        self.function.call(
+            f"normal_{measure}", self.n, self.stride, self.work, self._with(theta), data, weight, flat
+        )
         full = np.zeros((columns, columns))
         upper = np.triu_indices(columns)
         full[upper] = flat[: len(upper[0])]
@@ -79,8 +90,8 @@ class Prepared:
 class Function:
     """A compiled model.
 
-    Call it with inputs and parameters by name (parameters left out take their defaults) for the first output, or
-    the tuple of outputs when there are several real ones.
+    Call it with inputs and parameters by name (parameters left out take their defaults) for the first output,
+    or the tuple of outputs when there are several real ones.
     `wrt`: parameters by which `jacobian` has columns, in order.
     """
 
@@ -104,20 +115,32 @@ class Function:
         names = {p.name: k for k, p in enumerate(model.scalar_parameters)}
         for name in given:
             if name not in names and name not in inputs:
-                raise InputError(f"model '{model.id}' has no parameter or input '{name}'{did_you_mean(name, [*names, *inputs])}")
+                raise InputError(
+                    f"model '{model.id}' has no parameter or input '{name}'"
+                    f"{did_you_mean(name, [*names, *inputs])}"
+                )
         values: dict[str, Any] = {}
         for p in model.scalar_parameters:
             value = given.get(p.name, p.default)
             if value is None:
-                raise InputError(f"model '{model.id}': parameter '{p.name}' [{p.unit}] has no default and was not given")
+                raise InputError(
+                    f"model '{model.id}': parameter '{p.name}' [{p.unit}] has no default and was not given"
+                )
             values[p.name] = value
         if not model.inputs:
             arrays = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in values.values()))
             shape = arrays[0].shape
-            return {n: np.ascontiguousarray(a).ravel() for n, a in zip(values, arrays, strict=True)}, np.zeros(0), shape
+            return (
+                {n: np.ascontiguousarray(a).ravel() for n, a in zip(values, arrays, strict=True)},
+                np.zeros(0),
+                shape,
+            )
         for name, value in values.items():
             if np.ndim(value):
-                raise InputError(f"parameter '{name}' of model '{model.id}' must be one number, found shape {np.shape(value)}")
+                raise InputError(
+                    f"parameter '{name}' of model '{model.id}' must be one number, "
+                    f"found shape {np.shape(value)}"
+                )
         from modelgen.codegen.inputs import complete_inputs
 
         sampled, shape = complete_inputs(model, {n: given[n] for n in inputs if n in given})
@@ -134,22 +157,41 @@ class Function:
             self.call("prepare", n, stride, _pointers(arrays), p, work)
         return Prepared(self, n, stride, work, p, arrays)
 
-    def _evaluate(self, given: Mapping[str, Any], jacobian: bool) -> tuple[list[Array], list[Array], tuple[int, ...]]:
+    def _evaluate(
+        self, given: Mapping[str, Any], jacobian: bool
+    ) -> tuple[list[Array], list[Array], tuple[int, ...]]:
         inputs, p, shape = self._arguments(given)
         measure = "complex" if any(self.source.complex_outputs) else "real"
         if self.model.inputs:
             prepared = self.prepare(**given)
             theta = p[self.free]
-            out, jac = prepared.jacobian(theta, measure) if jacobian else (prepared.values(theta, measure), None)
+            out, jac = (
+                prepared.jacobian(theta, measure) if jacobian else (prepared.values(theta, measure), None)
+            )
         else:
             arrays, n = tuple(inputs.values()), len(next(iter(inputs.values())))
             out = np.empty((self.channels(measure), n))
             jac = np.empty((len(out), len(self.wrt), n)) if jacobian else None
-            self.call(f"{'jacobian' if jacobian else 'values'}_{measure}", n, n, _pointers(arrays), out, *([jac] if jacobian else []))
-        values = [out[2 * k] + 1j * out[2 * k + 1] for k in range(len(out) // 2)] if measure == "complex" else list(out)
+            self.call(
+                f"{'jacobian' if jacobian else 'values'}_{measure}",
+                n,
+                n,
+                _pointers(arrays),
+                out,
+                *([jac] if jacobian else []),
+            )
+        values = (
+            [out[2 * k] + 1j * out[2 * k + 1] for k in range(len(out) // 2)]
+            if measure == "complex"
+            else list(out)
+        )
         slopes: list[Array] = []
         if jac is not None:
-            slopes = [jac[2 * k] + 1j * jac[2 * k + 1] for k in range(len(jac) // 2)] if measure == "complex" else list(jac)
+            slopes = (
+                [jac[2 * k] + 1j * jac[2 * k + 1] for k in range(len(jac) // 2)]
+                if measure == "complex"
+                else list(jac)
+            )
         return values, slopes, shape
 
     def __call__(self, **given: Any) -> Any:
@@ -191,7 +233,11 @@ def load(model: Model, wrt: tuple[str, ...], source: Source, library: Path) -> F
     for k in source.kernels:
         f = getattr(handle, f"{source.prefix}_{k.name}")
         f.restype = None
-        f.argtypes = [_SIZE if "size_t" in a else _POINTER for a in k.signature[k.signature.index("(") :].split(",")]
+        f.argtypes = [
+            _SIZE if "size_t" in a else _POINTER for a in k.signature[k.signature.index("(") :].split(",")
+        ]
         addresses[k.name] = f
     names = [p.name for p in model.scalar_parameters]
-    return Function(model, wrt, source, library, addresses, np.array([names.index(w) for w in wrt], dtype=int))
+    return Function(
+        model, wrt, source, library, addresses, np.array([names.index(w) for w in wrt], dtype=int)
+    )

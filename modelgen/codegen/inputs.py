@@ -1,4 +1,5 @@
-"""Completes a model's inputs: what is derived from a recorded input (rate, previous value, …) is computed here."""
+"""Completes a model's inputs: what is derived from a recorded input (rate, previous value, …) is computed
+here."""
 
 from __future__ import annotations
 
@@ -13,7 +14,9 @@ from modelgen.language import Model
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
-def complete_inputs(model: Model, given: Mapping[str, Any], sigma: Mapping[str, float | None] | None = None) -> tuple[dict[str, Array], tuple[int, ...]]:
+def complete_inputs(
+    model: Model, given: Mapping[str, Any], sigma: Mapping[str, float | None] | None = None
+) -> tuple[dict[str, Array], tuple[int, ...]]:
     """All inputs of `model` as contiguous float arrays, in order, and their common shape.
 
     `given` holds at least the recorded inputs; derived ones that are missing follow from them
@@ -38,7 +41,11 @@ def complete_inputs(model: Model, given: Mapping[str, Any], sigma: Mapping[str, 
     if broadcast[0].size == 0:
         raise InputError(f"inputs of model '{model.id}' are empty")
     arrays = {n: np.ascontiguousarray(a).ravel() for n, a in zip(arrays, broadcast, strict=True)}
-    for of in dict.fromkeys(i.derived[1] for i in model.inputs if i.derived and i.name not in arrays and i.derived[0] != "previous"):
+    for of in dict.fromkeys(
+        i.derived[1]
+        for i in model.inputs
+        if i.derived and i.name not in arrays and i.derived[0] != "previous"
+    ):
         arrays |= _motion(model, of, arrays, dict(sigma or {}))
     for i in model.inputs:
         if i.name not in arrays and i.derived:
@@ -47,12 +54,18 @@ def complete_inputs(model: Model, given: Mapping[str, Any], sigma: Mapping[str, 
     return {i.name: arrays[i.name] for i in model.inputs}, shape
 
 
-def _motion(model: Model, of: str, arrays: Mapping[str, Array], sigma: Mapping[str, float | None]) -> dict[str, Array]:
+def _motion(
+    model: Model, of: str, arrays: Mapping[str, Array], sigma: Mapping[str, float | None]
+) -> dict[str, Array]:
     """Input `of`, smoothed as far as its noise demands, and what is derived from its motion and not given."""
     from modelgen.recordings.kinematics import kinematics
 
     k = kinematics(arrays[model.axis], arrays[of], sigma.get(of, 0.0))
     found = {"rate": k.v, "acceleration": k.a, "turning": k.z_turn}
-    wanted = {i.name: found[i.derived[0]] for i in model.inputs if i.derived and i.derived[1] == of and i.derived[0] in found}
+    wanted = {
+        i.name: found[i.derived[0]]
+        for i in model.inputs
+        if i.derived and i.derived[1] == of and i.derived[0] in found
+    }
     new = {of: k.z, **{n: x for n, x in wanted.items() if n not in arrays}}
     return {n: np.ascontiguousarray(x) for n, x in new.items()}

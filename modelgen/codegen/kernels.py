@@ -1,4 +1,5 @@
-"""From a real program to the pieces of its C kernels: what is staged per recording, per parameter set, per sample."""
+"""From a real program to the pieces of its C kernels: what is staged per recording, per parameter set, per
+sample."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ class Channel:
 
 
 def channels(program: Program, sample: Sample, measure: str) -> tuple[Channel, ...]:
-    """What is compared with data: "complex" (Re and Im), "modulus", "phase" [deg], or "real" (all real outputs)."""
+    """What is compared with data: "complex" (Re and Im), "modulus", "phase" [deg], or "real" (all real
+    outputs)."""
     c = Complex(sample.graph)
     found: list[Channel] = []
     for o in program.outputs:
@@ -97,7 +99,15 @@ class Stages:
             if node.op == "in":
                 name = str(node.data)
                 sampled = name in self.inputs or self.batch
-                bits.append(SAMPLE if sampled else STATE | FREE if name in states else FREE if name in self.free else 0)
+                bits.append(
+                    SAMPLE
+                    if sampled
+                    else STATE | FREE
+                    if name in states
+                    else FREE
+                    if name in self.free
+                    else 0
+                )
             else:
                 bit = 0
                 for a in node.args:
@@ -116,7 +126,8 @@ class Stages:
 
     @cached_property
     def staged(self) -> tuple[int, ...]:
-        """Nodes of the sample alone (and of fixed parameters) that a loop needs: computed once per recording."""
+        """Nodes of the sample alone (and of fixed parameters) that a loop needs: computed once per
+        recording."""
         if self.batch:
             return ()
         sample, graph = self.program.step, self.program.step.graph
@@ -140,8 +151,18 @@ class Stages:
         printer = self._printer(self.program.step, {})
         setup = self._parameters(printer, need, masks, free=False)
         setup += printer.lines([a for a in need if masks[a] == 0], self.staged)
-        body = self._inputs(printer, need) + printer.lines([a for a in need if masks[a] == SAMPLE], self.staged)
-        return Region(tuple(setup), tuple(body), tuple(printer.value(a) for a in self.staged), (), (), (), operations(graph, need))
+        body = self._inputs(printer, need) + printer.lines(
+            [a for a in need if masks[a] == SAMPLE], self.staged
+        )
+        return Region(
+            tuple(setup),
+            tuple(body),
+            tuple(printer.value(a) for a in self.staged),
+            (),
+            (),
+            (),
+            operations(graph, need),
+        )
 
     def kernel(self, measure: str, jacobian: bool) -> Region:
         """Loop body of the values (and Jacobian) of one measure, from staged arrays."""
@@ -155,12 +176,23 @@ class Stages:
         sample = self.program.first
         assert sample is not None
         graph = sample.graph
-        raw = {str(self.program.step.graph.nodes[a].data): k for k, a in enumerate(self.staged) if self.program.step.graph.nodes[a].op == "in"}
+        raw = {
+            str(self.program.step.graph.nodes[a].data): k
+            for k, a in enumerate(self.staged)
+            if self.program.step.graph.nodes[a].op == "in"
+        }
         place = {graph.input(n): f"work[{raw[n]} * stride]" for n in self.inputs if n in raw}
         roots = self._roots(self.first_channels[measure], jacobian, sample)
         return self._region(sample, self.first_channels[measure], roots, jacobian, place)
 
-    def _region(self, sample: Sample, chans: tuple[Channel, ...], roots: list[int], jacobian: bool, place: dict[int, str]) -> Region:
+    def _region(
+        self,
+        sample: Sample,
+        chans: tuple[Channel, ...],
+        roots: list[int],
+        jacobian: bool,
+        place: dict[int, str],
+    ) -> Region:
         graph, masks = sample.graph, self._masks(sample)
         need = [a for a in graph.needed_until(roots, set(place))]
         printer = self._printer(sample, {})
@@ -174,22 +206,32 @@ class Stages:
         if self.batch:
             loads = self._inputs(printer, need)
         for n in (*self.state_names, *self.sensitivity_names):
-            printer.names[graph.input(n)] = printer._fresh(c_name(n)) if c_name(n) not in printer.taken else c_name(n)
-        body = loads + printer.lines([a for a in need if masks[a] & (SAMPLE | STATE) and a not in place], roots)
-        used = [printer.names[graph.input(n)] for n in (*self.state_names, *(self.sensitivity_names if jacobian else ()))]
+            printer.names[graph.input(n)] = (
+                printer._fresh(c_name(n)) if c_name(n) not in printer.taken else c_name(n)
+            )
+        body = loads + printer.lines(
+            [a for a in need if masks[a] & (SAMPLE | STATE) and a not in place], roots
+        )
+        used = [
+            printer.names[graph.input(n)]
+            for n in (*self.state_names, *(self.sensitivity_names if jacobian else ()))
+        ]
         state_values = [printer.value(a) for a in sample.states.values()]
         if jacobian:
             state_values += [printer.value(a) for a in sample.sensitivities.values()]
         return Region(
             tuple(setup), tuple(body),
             tuple(printer.value(c.value) for c in chans),
-            tuple(tuple("0.0" if d is None else printer.value(d) for d in c.jacobian) for c in chans) if jacobian else (),
+            tuple(
+                tuple("0.0" if d is None else printer.value(d) for d in c.jacobian) for c in chans if jacobian
+            ),
             tuple(used), tuple(state_values),
             operations(graph, [a for a in need if a not in place and masks[a] & (SAMPLE | STATE)]),
         )  # fmt: skip
 
     def everything(self, first: bool = False) -> Region:
-        """Every equation, straight from inputs and parameters (nothing staged): what a reader of the paper wants."""
+        """Every equation, straight from inputs and parameters (nothing staged): what a reader of the paper
+        wants."""
         sample = self.program.first if first and self.program.first else self.program.step
         graph, masks = sample.graph, self._masks(sample)
         c = Complex(graph)
@@ -200,10 +242,12 @@ class Stages:
         setup += printer.lines([a for a in need if not masks[a] & (SAMPLE | STATE)], roots)
         for n in self.state_names:
             printer.names[graph.input(n)] = printer._fresh(c_name(n))
-        body = self._inputs(printer, need) + printer.lines([a for a in need if masks[a] & (SAMPLE | STATE)], roots)
+        body = self._inputs(printer, need) + printer.lines(
+            [a for a in need if masks[a] & (SAMPLE | STATE)], roots
+        )
         used = [printer.names[graph.input(n)] for n in self.state_names]
-        return Region(tuple(setup), tuple(body), tuple(printer.value(r) for r in roots), (), tuple(used),
-                      tuple(printer.value(a) for a in sample.states.values()), operations(graph, need))  # fmt: skip
+        values, states = (tuple(map(printer.value, ids)) for ids in (roots, sample.states.values()))
+        return Region(tuple(setup), tuple(body), values, (), tuple(used), states, operations(graph, need))
 
     def root(self, r: Root) -> Region:
         """Residual and slope of an implicit equation, as a function of its arguments and the unknown."""
@@ -212,7 +256,15 @@ class Stages:
             printer.names[r.graph.input(n)] = printer._fresh(c_name(n))
         need = r.graph.needed([r.residual, r.slope])
         body = printer.lines(need, [r.residual, r.slope])
-        return Region((), tuple(body), (printer.value(r.residual), printer.value(r.slope)), (), (), (), operations(r.graph, need))
+        return Region(
+            (),
+            tuple(body),
+            (printer.value(r.residual), printer.value(r.slope)),
+            (),
+            (),
+            (),
+            operations(r.graph, need),
+        )
 
     def _printer(self, sample: Sample, names: dict[int, str]) -> Printer:
         return Printer(sample.graph, dict(names))

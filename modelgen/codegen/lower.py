@@ -1,4 +1,5 @@
-"""A model's statements as one SX program with exact derivatives (by CasADi), opaque calls and states chained by hand."""
+"""A model's statements as one SX program with exact derivatives (by CasADi), opaque calls and states chained
+by hand."""
 
 from __future__ import annotations
 
@@ -28,7 +29,9 @@ class Lowering:
     `values` maps every name to its SX; `tangent` gives derivatives by the directions of `columns`.
     """
 
-    def __init__(self, model: Model, wrt: tuple[str, ...], first: bool, pattern: dict[str, set[int]] | None = None):
+    def __init__(
+        self, model: Model, wrt: tuple[str, ...], first: bool, pattern: dict[str, set[int]] | None = None
+    ):
         self.model, self.wrt, self.first = model, wrt, first
         self.split_complex = _has_nonholomorphic(model)
         self.translator = Translator({}, set())
@@ -60,12 +63,13 @@ class Lowering:
                 else:
                     self.plain[p.name] = env[p.name] = ca.SX.sym(p.name)
         scalars = {p.name: p for p in self.model.scalar_parameters}
-        names = list(dict.fromkeys([*self.wrt, *(scalars[n].part[1] for n in self.wrt if scalars[n].part)]))
+        parts = {n: scalars[n].part for n in self.wrt}
+        names = list(dict.fromkeys([*self.wrt, *(part[1] for part in parts.values() if part)]))
         self.directions = [n for n in names if n in self.wrt or n in self.plain]
         self.columns = []
         for n in self.wrt:
             terms = [(self.directions.index(n), False)]
-            part = scalars[n].part
+            part = parts[n]
             if part and part[1] in self.plain:
                 terms.append((self.directions.index(part[1]), part[0] == "im"))
             self.columns.append(Column(n, tuple(terms)))
@@ -78,8 +82,8 @@ class Lowering:
         self.values: dict[str, Any] = {}
         rated = [s for s in self.model.states if s.rate is not None]
         if self.first:
-            for s in self.model.states:
-                t.env[s.name] = t.sx(s.initial)
+            for state in self.model.states:
+                t.env[state.name] = t.sx(state.initial)
         elif rated:
             t.env |= self._runge_kutta(rated)
         for s in self.model.statements:
@@ -99,14 +103,24 @@ class Lowering:
             raise InputError(f"model '{self.model.id}': implicit equation '{s.name}' must be real")
         free = sorted({x.name for x in s.residual.free_symbols} - {s.name})
         args = tuple(t.env[n] for n in free) + tuple(t.sx(b) for b in s.bracket)
-        call = Call(f"solve_{s.name}", ca.SX.sym(s.name), args, False, ("real",) * len(args), None, Residual.of(s, free, t))
+        call = Call(
+            f"solve_{s.name}",
+            ca.SX.sym(s.name),
+            args,
+            False,
+            ("real",) * len(args),
+            None,
+            Residual.of(s, free, t),
+        )
         t.calls.append(call)
         return call.symbol
 
-    # -- integration of dx/dt ------------------------------------------------------------------------------------
+    # -- integration of dx/dt
+    # ------------------------------------------------------------------------------------
 
     def _runge_kutta(self, rated: list[State]) -> dict[str, Any]:
-        """Classical Runge–Kutta over one step; inputs run linearly from their previous values to the present ones."""
+        """Classical Runge–Kutta over one step; inputs run linearly from their previous values to the present
+        ones."""
         time = self.model.inputs[0].name
         before = {i.derived[1]: i.name for i in self.model.inputs if i.derived and i.derived[0] == "previous"}
         if time not in before:
@@ -122,7 +136,10 @@ class Lowering:
                 s = (k + c) / steps
                 inputs = {n: base[p] + s * (base[n] - base[p]) for n, p in before.items()}
                 slopes.append(self._rates(rated, {**base, **inputs, **here}))
-            x = {n: v + h / 6 * (slopes[0][n] + 2 * slopes[1][n] + 2 * slopes[2][n] + slopes[3][n]) for n, v in x.items()}
+            x = {
+                n: v + h / 6 * (slopes[0][n] + 2 * slopes[1][n] + 2 * slopes[2][n] + slopes[3][n])
+                for n, v in x.items()
+            }
         return x
 
     def _rates(self, rated: list[State], env: dict[str, Any]) -> dict[str, Any]:
@@ -130,9 +147,9 @@ class Lowering:
         inner = Translator(dict(env), t.complex_names, t.j, t.calls, t._known)
         wanted = {s.name for s in rated}
         for s in self.model.statements:
-            if isinstance(s, Equation) and not s.expr.free_symbols <= set():
-                if all(x.name in inner.env for x in s.expr.free_symbols):
-                    inner.env[s.name] = inner.sx(s.expr)
+            names = {x.name for x in s.expr.free_symbols} if isinstance(s, Equation) else set()
+            if isinstance(s, Equation) and names and names <= set(inner.env):
+                inner.env[s.name] = inner.sx(s.expr)
             if s.name in wanted:
                 wanted.discard(s.name)
             if not wanted:
@@ -140,7 +157,8 @@ class Lowering:
         return {s.name: inner.sx(s.rate) for s in rated}
 
     def tangent(self, exprs: list[Any]) -> Any:
-        """d(exprs)/d(directions), SX of shape (len(exprs), directions), with calls and old states chained in."""
+        """d(exprs)/d(directions), SX of shape (len(exprs), directions), with calls and old states chained
+        in."""
         return self.chain.tangent(exprs)
 
 

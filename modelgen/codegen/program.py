@@ -1,4 +1,5 @@
-"""A lowered model as a real program: CasADi's instruction list, typed real / imaginary / complex, split into pairs."""
+"""A lowered model as a real program: CasADi's instruction list, typed real / imaginary / complex, split into
+pairs."""
 
 from __future__ import annotations
 
@@ -16,9 +17,11 @@ from modelgen.codegen.split import Complex, Pair
 from modelgen.codegen.tosx import Call, Translator
 from modelgen.language import Model
 
+
 @dataclass(frozen=True)
 class Sample:
-    """What is computed at one sample: every equation, and d(primary outputs)/d(wrt), new states and sensitivities."""
+    """What is computed at one sample: every equation, and d(primary outputs)/d(wrt), new states and
+    sensitivities."""
 
     graph: Graph
     equations: dict[str, Pair]
@@ -29,7 +32,8 @@ class Sample:
 
 @dataclass(frozen=True)
 class Root:
-    """The function that solves one implicit equation: residual and its derivative, of arguments and unknown."""
+    """The function that solves one implicit equation: residual and its derivative, of arguments and
+    unknown."""
 
     name: str
     unknown: str
@@ -71,7 +75,12 @@ def build_program(model: Model, wrt: Sequence[str]) -> Program:
 
 def _sample(low: Lowering, pattern: dict[str, set[int]] | None) -> Sample:
     graph = Graph()
-    named = {**low.inputs, **low.parameters, **low.old, **{f"d_{n}_{d}": x for (n, d), x in low.sensitivities.items()}}
+    named = {
+        **low.inputs,
+        **low.parameters,
+        **low.old,
+        **{f"d_{n}_{d}": x for (n, d), x in low.sensitivities.items()},
+    }
     reader = _Reader(graph, low.translator, named, low.plain)
     outputs = primary_outputs(low.model)
     tangent = low.tangent([low.values[o] for o in outputs])
@@ -89,7 +98,10 @@ def _sample(low: Lowering, pattern: dict[str, set[int]] | None) -> Sample:
     n = len(names)
     by_direction = dict(zip(entries, pairs[n:], strict=False))
     jacobian = {
-        o: tuple(_column(reader.c, [(by_direction.get((i, d), (None, None)), j) for d, j in col.terms]) for col in low.columns)
+        o: tuple(
+            _column(reader.c, [(by_direction.get((i, d), (None, None)), j) for d, j in col.terms])
+            for col in low.columns
+        )
         for i, o in enumerate(outputs)
     }
     new = dict(zip(state_entries, pairs[n + len(entries) :], strict=True))
@@ -127,7 +139,9 @@ def _label(graph: Graph, model: Model, equations: dict[str, Pair]) -> None:
 class _Reader:
     """Reads SX into a graph. Calls are made first, in order, since later expressions stand on them."""
 
-    def __init__(self, graph: Graph, translator: Translator, named: Mapping[str, Any], plain: Mapping[str, Any]) -> None:
+    def __init__(
+        self, graph: Graph, translator: Translator, named: Mapping[str, Any], plain: Mapping[str, Any]
+    ) -> None:
         self.c = Complex(graph)
         self.translator = translator
         self.symbols: list[Any] = [translator.j]
@@ -205,14 +219,14 @@ def _operations() -> dict[int, Any]:
         ca.OP_TANH: Complex.tanh, ca.OP_IF_ELSE_ZERO: _if_else_zero,
     }  # fmt: skip
     for op, name in {
-        "SQRT": "sqrt", "LOG": "log", "FABS": "fabs", "SIGN": "sign", "NOT": "not", "ASIN": "asin", "ACOS": "acos",
-        "ATAN": "atan", "ASINH": "asinh", "ACOSH": "acosh", "ATANH": "atanh", "FLOOR": "floor", "CEIL": "ceil",
-        "ERF": "erf", "LOG1P": "log1p", "EXPM1": "expm1",
+        "SQRT": "sqrt", "LOG": "log", "FABS": "fabs", "SIGN": "sign", "NOT": "not", "ASIN": "asin",
+        "ACOS": "acos", "ATAN": "atan", "ASINH": "asinh", "ACOSH": "acosh", "ATANH": "atanh",
+        "FLOOR": "floor", "CEIL": "ceil", "ERF": "erf", "LOG1P": "log1p", "EXPM1": "expm1",
     }.items():  # fmt: skip
         table[getattr(ca, f"OP_{op}")] = real1(name)
     for op, name in {
-        "POW": "pow", "CONSTPOW": "pow", "FMIN": "fmin", "FMAX": "fmax", "ATAN2": "atan2", "LT": "lt", "LE": "le",
-        "EQ": "eq", "NE": "ne", "AND": "and", "OR": "or", "FMOD": "fmod",
+        "POW": "pow", "CONSTPOW": "pow", "FMIN": "fmin", "FMAX": "fmax", "ATAN2": "atan2", "LT": "lt",
+        "LE": "le", "EQ": "eq", "NE": "ne", "AND": "and", "OR": "or", "FMOD": "fmod",
     }.items():  # fmt: skip
         table[getattr(ca, f"OP_{op}")] = real2(name)
     return table
@@ -229,4 +243,12 @@ def _root(residual: Residual) -> Root:
     reader = _Reader(graph, residual.translator, dict(zip(names, residual.symbols, strict=True)), {})
     value, slope = reader.read([residual.value, residual.gradient[0, len(names) - 1]])
     re = reader.c.re
-    return Root(f"solve_{s.name}", s.name, residual.arguments, graph, re(value), re(slope), f"{s.ref} {s.text}".strip())
+    return Root(
+        f"solve_{s.name}",
+        s.name,
+        residual.arguments,
+        graph,
+        re(value),
+        re(slope),
+        f"{s.ref} {s.text}".strip(),
+    )

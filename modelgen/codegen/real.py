@@ -7,25 +7,27 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 UNARY: dict[str, Callable[[float], float]] = {
-    "neg": lambda a: -a, "sqrt": math.sqrt, "exp": math.exp, "log": math.log, "sin": math.sin, "cos": math.cos,
-    "tan": math.tan, "asin": math.asin, "acos": math.acos, "atan": math.atan, "sinh": math.sinh, "cosh": math.cosh,
-    "tanh": math.tanh, "fabs": abs, "floor": math.floor, "ceil": math.ceil, "asinh": math.asinh, "acosh": math.acosh,
-    "atanh": math.atanh, "log1p": math.log1p, "expm1": math.expm1, "erf": math.erf,
-    "sign": lambda a: (a > 0) - (a < 0), "not": lambda a: float(a == 0),
+    "neg": lambda a: -a, "sqrt": math.sqrt, "exp": math.exp, "log": math.log, "sin": math.sin,
+    "cos": math.cos, "tan": math.tan, "asin": math.asin, "acos": math.acos, "atan": math.atan,
+    "sinh": math.sinh, "cosh": math.cosh, "tanh": math.tanh, "fabs": abs, "floor": math.floor,
+    "ceil": math.ceil, "asinh": math.asinh, "acosh": math.acosh, "atanh": math.atanh, "log1p": math.log1p,
+    "expm1": math.expm1, "erf": math.erf, "sign": lambda a: (a > 0) - (a < 0), "not": lambda a: float(a == 0),
 }  # fmt: skip
 BINARY: dict[str, Callable[[float, float], float]] = {
-    "add": lambda a, b: a + b, "sub": lambda a, b: a - b, "mul": lambda a, b: a * b, "div": lambda a, b: a / b,
-    "pow": math.pow, "fmin": min, "fmax": max, "atan2": math.atan2, "hypot": math.hypot, "fmod": math.fmod,
-    "lt": lambda a, b: float(a < b), "le": lambda a, b: float(a <= b), "eq": lambda a, b: float(a == b),
-    "ne": lambda a, b: float(a != b), "and": lambda a, b: float(a != 0 and b != 0),
-    "or": lambda a, b: float(a != 0 or b != 0), "ifz": lambda a, b: b if a != 0 else 0.0,
+    "add": lambda a, b: a + b, "sub": lambda a, b: a - b, "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b, "pow": math.pow, "fmin": min, "fmax": max, "atan2": math.atan2,
+    "hypot": math.hypot, "fmod": math.fmod, "lt": lambda a, b: float(a < b), "le": lambda a, b: float(a <= b),
+    "eq": lambda a, b: float(a == b), "ne": lambda a, b: float(a != b),
+    "and": lambda a, b: float(a != 0 and b != 0), "or": lambda a, b: float(a != 0 or b != 0),
+    "ifz": lambda a, b: b if a != 0 else 0.0,
 }  # fmt: skip
 COMMUTATIVE = {"add", "mul", "fmin", "fmax", "eq", "ne", "and", "or"}
 
 
 @dataclass(frozen=True)
 class Node:
-    """One operation. `op` is "const" (value in `data`), "in" (name in `data`), "call" (function in `data`), or a name above."""
+    """One operation. `op` is "const" (value in `data`), "in" (name in `data`), "call" (function in `data`),
+    or a name above."""
 
     op: str
     args: tuple[int, ...] = ()
@@ -34,7 +36,8 @@ class Node:
 
 @dataclass
 class Graph:
-    """Nodes in an order in which they can be computed; making the same operation twice gives the same node."""
+    """Nodes in an order in which they can be computed; making the same operation twice gives the same
+    node."""
 
     nodes: list[Node] = field(default_factory=list)
     labels: dict[int, tuple[str, str]] = field(default_factory=dict)  # node → (name, comment)

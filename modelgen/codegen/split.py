@@ -53,7 +53,9 @@ class Complex:
     def mul(self, a: Pair, b: Pair) -> Pair:
         if a == b and a[0] is not None and a[1] is not None:  # square: two products fewer
             cross = self.g.binary("mul", a[0], a[1])
-            return self._tidy(self._sub(self._mul(a[0], a[0]), self._mul(a[1], a[1])), self._add(cross, cross))
+            return self._tidy(
+                self._sub(self._mul(a[0], a[0]), self._mul(a[1], a[1])), self._add(cross, cross)
+            )
         return self._tidy(
             self._sub(self._mul(a[0], b[0]), self._mul(a[1], b[1])),
             self._add(self._mul(a[0], b[1]), self._mul(a[1], b[0])),
@@ -78,7 +80,10 @@ class Complex:
         return self.re((self._add(self._mul(a[0], a[0]), self._mul(a[1], a[1])), None))
 
     def modulus(self, a: Pair) -> Pair:
-        return (self.g.unary("fabs" if a[1] is None else "sqrt", self.re(a) if a[1] is None else self.norm(a)), None)
+        return (
+            self.g.unary("fabs" if a[1] is None else "sqrt", self.re(a) if a[1] is None else self.norm(a)),
+            None,
+        )
 
     def argument(self, a: Pair) -> Pair:
         return (self.g.binary("atan2", self.im(a), self.re(a)), None)
@@ -111,8 +116,14 @@ class Complex:
         """√a = u + j v with u = √((|a| + re)/2), v = ±√((|a| − re)/2)."""
         size, half = self.re(self.modulus(a)), self.g.const(0.5)
         zero = self.g.const(0.0)
-        u = self.g.unary("sqrt", self.g.binary("fmax", zero, self.g.binary("mul", half, self.g.binary("add", size, self.re(a)))))
-        v = self.g.unary("sqrt", self.g.binary("fmax", zero, self.g.binary("mul", half, self.g.binary("sub", size, self.re(a)))))
+        u = self.g.unary(
+            "sqrt",
+            self.g.binary("fmax", zero, self.g.binary("mul", half, self.g.binary("add", size, self.re(a)))),
+        )
+        v = self.g.unary(
+            "sqrt",
+            self.g.binary("fmax", zero, self.g.binary("mul", half, self.g.binary("sub", size, self.re(a)))),
+        )
         negative = self.g.binary("lt", self.im(a), zero)
         two_v = self.g.binary("ifz", negative, self.g.binary("mul", self.g.const(2.0), v))
         return self._tidy(u, self.g.binary("sub", v, two_v))
@@ -121,7 +132,9 @@ class Complex:
         """(j w)^n = w^n (cos(nπ/2) + j sin(nπ/2)) for real w > 0, real n."""
         size = self.g.unary("exp", self.g.binary("mul", self.re(n), self.g.unary("log", self.re(w))))
         angle = self.g.binary("mul", self.re(n), self.g.const(math.pi / 2))
-        return self._tidy(self._mul(size, self.g.unary("cos", angle)), self._mul(size, self.g.unary("sin", angle)))
+        return self._tidy(
+            self._mul(size, self.g.unary("cos", angle)), self._mul(size, self.g.unary("sin", angle))
+        )
 
     def sinh_cosh(self, a: Pair) -> tuple[Pair, Pair]:
         g = self.g
@@ -142,10 +155,15 @@ class Complex:
         return self.sinh_cosh(self.times_j(a))[1]
 
     def tanh(self, a: Pair) -> Pair:
-        """tanh x = (1 − e^(−2x))/(1 + e^(−2x)), with the exponential of the negative half plane: no overflow."""
+        """tanh x = (1 − e^(−2x))/(1 + e^(−2x)), with the exponential of the negative half plane: no
+        overflow."""
         if a[1] is None:
             return (self.g.unary("tanh", self.re(a)), None)
-        flip = self.g.binary("sub", self.g.const(1.0), self.g.binary("mul", self.g.const(2.0), self.g.binary("lt", self.re(a), self.g.const(0.0))))
+        flip = self.g.binary(
+            "sub",
+            self.g.const(1.0),
+            self.g.binary("mul", self.g.const(2.0), self.g.binary("lt", self.re(a), self.g.const(0.0))),
+        )
         s: Pair = (flip, None)
         e = self.exp(self.mul(self.mul(a, s), self.const(-2.0)))
         one = self.const(1.0)

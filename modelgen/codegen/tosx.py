@@ -1,4 +1,5 @@
-"""sympy → CasADi SX. Complex quantities are plain symbols (`j` too); what SX does not know becomes an opaque symbol."""
+"""sympy → CasADi SX. Complex quantities are plain symbols (`j` too); what SX does not know becomes an opaque
+symbol."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ from modelgen.language import functions as fn
 if TYPE_CHECKING:
     from modelgen.codegen.derive import Residual
 
-PLAIN = {
+PLAIN: dict[Any, Any] = {
     sp.exp: ca.exp, sp.sin: ca.sin, sp.cos: ca.cos, sp.tan: ca.tan, sp.sinh: ca.sinh, sp.cosh: ca.cosh,
     sp.tanh: ca.tanh, sp.log: ca.log, sp.Abs: ca.fabs, sp.sign: ca.sign, sp.atan2: ca.atan2, sp.asin: ca.asin,
     sp.acos: ca.acos, sp.atan: ca.atan, sp.asinh: ca.asinh, sp.acosh: ca.acosh, sp.atanh: ca.atanh,
@@ -96,10 +97,8 @@ class Translator:
     def _sum(self, e: Any, memo: dict[Any, Any]) -> Any:
         total: Any = 0
         for a in e.as_ordered_terms() if len(e.args) < 12 else e.args:
-            if a.could_extract_minus_sign():
-                total = total - self.sx(-a, memo)
-            else:
-                total = total + self.sx(a, memo)
+            negative = a.could_extract_minus_sign()
+            total = total - self.sx(-a, memo) if negative else total + self.sx(a, memo)
         return total
 
     def _product(self, e: Any, memo: dict[Any, Any]) -> Any:
@@ -162,8 +161,9 @@ class Translator:
             return self.sx(e.args[0], memo) if kind is sp.re else 0.0
         if kind in PLAIN and not (arguments_complex and kind in NEEDS_REAL):
             return PLAIN[kind](*(self.sx(a, memo) for a in e.args))
-        takes = getattr(kind, "takes", None) or ("complex" if kind in NONHOLOMORPHIC else "any",) * len(e.args)
-        if not (kind in NONHOLOMORPHIC or issubclass(kind, sp.Function) and kind.__module__ == fn.__name__):
+        default = ("complex" if kind in NONHOLOMORPHIC else "any",) * len(e.args)
+        takes = getattr(kind, "takes", None) or default
+        if not (kind in NONHOLOMORPHIC or (issubclass(kind, sp.Function) and kind.__module__ == fn.__name__)):
             raise InputError(f"function '{kind.__name__}' is not part of the language")
         return self.call(kind, tuple(self.sx(a, memo) for a in e.args), takes).symbol
 

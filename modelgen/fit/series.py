@@ -116,6 +116,7 @@ def make_series(model: Model, case: Case, recording: Recording) -> Series:
     unit = model[found[0]].unit
     y = recording.outputs[found[0]]
     kind = recording.kinds[found[0]]
+    rows: tuple[int, ...]
     if kind == "complex":
         data, measure, rows = np.stack([y.real, y.imag]), "complex", (0, 1)
     elif kind in ("modulus", "phase"):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from modelgen.errors import InputError, did_you_mean
-from modelgen.language.quantities import ComplexParameter, Equation, Implicit, State
+from modelgen.language.quantities import Equation, Implicit, State
 
 if TYPE_CHECKING:
     from modelgen.language.model import Model
@@ -34,13 +34,19 @@ def _check_names(model: Model) -> None:
     for p in model.scalar_parameters:
         low, high = p.bounds
         if not low < high:
-            raise InputError(f"model '{model.id}': bounds of parameter '{p.name}' are reversed: [{low:g}, {high:g}]")
+            raise InputError(
+                f"model '{model.id}': bounds of parameter '{p.name}' are reversed: [{low:g}, {high:g}]"
+            )
         if p.default is not None and not low <= p.default <= high:
-            raise InputError(f"model '{model.id}': default {p.default:g} of '{p.name}' is outside [{low:g}, {high:g}]")
+            raise InputError(
+                f"model '{model.id}': default {p.default:g} of '{p.name}' is outside [{low:g}, {high:g}]"
+            )
     names = [s.name for s in model.statements]
     for o in model.outputs:
         if o.name not in names:
-            raise InputError(f"model '{model.id}': output '{o.name}' is no equation{did_you_mean(o.name, names)}")
+            raise InputError(
+                f"model '{model.id}': output '{o.name}' is no equation{did_you_mean(o.name, names)}"
+            )
     if not model.outputs:
         raise InputError(f"model '{model.id}' has no output")
 
@@ -63,7 +69,11 @@ def _check_use(model: Model) -> None:
         for e in _expressions(s):
             for symbol in e.free_symbols:
                 if symbol.name not in known | own:
-                    later = " (it stands further down)" if symbol.name in {x.name for x in model.statements} else ""
+                    later = (
+                        " (it stands further down)"
+                        if symbol.name in {x.name for x in model.statements}
+                        else ""
+                    )
                     raise InputError(
                         f"model '{model.id}', equation '{s.name}': '{symbol.name}' is not declared{later}"
                         f"{did_you_mean(symbol.name, known) if not later else ''}"
@@ -101,7 +111,9 @@ def _check_units(model: Model) -> None:
                 _unit(s.residual, units, one)
             for expr, unit in checks:
                 if expr is not None:
-                    _same(_unit(expr, units, one), unit, f"the right-hand side is in {{}}, '{s.name}' in {{}}")
+                    _same(
+                        _unit(expr, units, one), unit, f"the right-hand side is in {{}}, '{s.name}' in {{}}"
+                    )
         except _UnitError as why:
             raise InputError(f"{where}: {why}") from None
 
@@ -111,7 +123,8 @@ ANY = None
 
 
 def _same(a: Any, b: Any, says: str) -> Any:
-    """Return the unit of both, or raise: neither dimension nor scale may differ (mm + m is a mistake, too)."""
+    """Return the unit of both, or raise: neither dimension nor scale may differ (mm + m is a mistake,
+    too)."""
     if a is ANY or b is ANY:
         return b if a is ANY else a
     if a == b:
@@ -160,7 +173,11 @@ def _unit(expr: Any, units: dict[str, Any], one: Any) -> Any:
         _same(_unit(expr.args[0], units, one), _unit(expr.args[1], units, one), "atan2 of {} and {}")
         return one
     for a in expr.args:  # functions take and give plain numbers
-        _same(_unit(a, units, one), one, f"argument of {type(expr).__name__} is in {{}}, not in {{}}, in {_short(expr)}")
+        _same(
+            _unit(a, units, one),
+            one,
+            f"argument of {type(expr).__name__} is in {{}}, not in {{}}, in {_short(expr)}",
+        )
     return one
 
 
@@ -179,7 +196,9 @@ def _power(expr: Any, units: dict[str, Any], one: Any) -> Any:
     if exponent.is_Rational or exponent.is_Float:
         return one if unit is ANY else unit ** float(exponent)
     _same(_unit(exponent, units, one), one, f"exponent is in {{}}, not in {{}}, in {_short(expr)}")
-    _same(unit, one, f"base of a power with a symbol in its exponent is in {{}}, not in {{}}, in {_short(expr)}")
+    _same(
+        unit, one, f"base of a power with a symbol in its exponent is in {{}}, not in {{}}, in {_short(expr)}"
+    )
     return one
 
 

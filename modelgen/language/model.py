@@ -1,4 +1,5 @@
-"""A model is a value: inputs, parameters, statements in the paper's order, outputs, and ports where physics can be added."""
+"""A model is a value: inputs, parameters, statements in the paper's order, outputs, and ports where physics
+can be added."""
 
 from __future__ import annotations
 
@@ -28,7 +29,9 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 def check_name(name: str, what: str) -> str:
     """Return `name` if it can be an identifier in C and Python; else raise InputError."""
     if not isinstance(name, str) or not _NAME.fullmatch(name) or len(name) > 63:
-        raise InputError(f"{what} {name!r} is not a name: letters, digits and _ only, a letter first, at most 63")
+        raise InputError(
+            f"{what} {name!r} is not a name: letters, digits and _ only, a letter first, at most 63"
+        )
     return name
 
 
@@ -51,9 +54,11 @@ class Output:
 
 @dataclass(frozen=True)
 class Port:
-    """A place where physics can be added: the equation of `name`'s quantity, and what an effect may use there.
+    """A place where physics can be added: the equation of `name`'s quantity, and what an effect may use
+    there.
 
-    `name` is what a verdict calls it ("electrical", "mechanical", "force", …); `kind` is what effects ask for.
+    `name` is what a verdict calls it ("electrical", "mechanical", "force", …); `kind` is what effects ask
+    for.
     """
 
     name: str
@@ -114,7 +119,10 @@ class Model:
         for s in self.statements:
             if s.name == name:
                 return s
-        raise InputError(f"model '{self.id}' has no equation '{name}'{did_you_mean(name, [s.name for s in self.statements])}")
+        raise InputError(
+            f"model '{self.id}' has no equation '{name}'"
+            f"{did_you_mean(name, [s.name for s in self.statements])}"
+        )
 
     @cached_property
     def states(self) -> tuple[State, ...]:
@@ -135,10 +143,23 @@ class Model:
         """Content hash: the same physics has the same hash, whatever file it stands in."""
         parts: list[str] = [self.id]
         for q in (*self.inputs, *self.scalar_parameters):
-            parts.append(f"{type(q).__name__}:{q.name}:{q.unit}:{getattr(q, 'part', None)}:{getattr(q, 'derived', None)}")
+            parts.append(
+                f"{type(q).__name__}:{q.name}:{q.unit}:"
+                f"{getattr(q, 'part', None)}:{getattr(q, 'derived', None)}"
+            )
         for s in self.statements:
-            keys = {Equation: ("expr",), Implicit: ("residual", "bracket"), State: ("initial", "update", "rate", "substeps")}
-            parts.append(f"{s.name}:{s.unit}:{s.ref}:" + ";".join(sp.srepr(sp.sympify(getattr(s, k))) if getattr(s, k) is not None else "-" for k in keys[type(s)]))
+            keys = {
+                Equation: ("expr",),
+                Implicit: ("residual", "bracket"),
+                State: ("initial", "update", "rate", "substeps"),
+            }
+            parts.append(
+                f"{s.name}:{s.unit}:{s.ref}:"
+                + ";".join(
+                    sp.srepr(sp.sympify(getattr(s, k))) if getattr(s, k) is not None else "-"
+                    for k in keys[type(s)]
+                )
+            )
         parts += [o.name for o in self.outputs]
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
 
@@ -149,10 +170,14 @@ class Model:
         known = dict(self.options)
         for key in options:
             if key not in known:
-                raise InputError(f"model '{self.id}' has no option '{key}'{did_you_mean(key, known)}; it has {', '.join(known)}")
+                raise InputError(
+                    f"model '{self.id}' has no option '{key}'{did_you_mean(key, known)}; "
+                    f"it has {', '.join(known)}"
+                )
         return self.builder(**{**known, **options})
 
-    # -- adding physics ------------------------------------------------------------------------------------------
+    # -- adding physics
+    # ------------------------------------------------------------------------------------------
 
     def with_parameters(self, *new: Parameter | ComplexParameter) -> Model:
         """A model with more parameters; one of the same name is replaced."""
@@ -192,7 +217,9 @@ class Model:
         """
         old = self[equation]
         if not isinstance(old, Equation):
-            raise InputError(f"'{equation}' of model '{self.id}' is not an equation that physics can be added to")
+            raise InputError(
+                f"'{equation}' of model '{self.id}' is not an equation that physics can be added to"
+            )
         names = {s.name for s in self.statements}
         count = 1
         while f"{equation}_{count}" in names:

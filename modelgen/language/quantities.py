@@ -1,4 +1,5 @@
-"""The quantities that a model is written in. Each is frozen data, and can stand in an expression as its symbol."""
+"""The quantities that a model is written in. Each is frozen data, and can stand in an expression as its
+symbol."""
 
 from __future__ import annotations
 
@@ -53,8 +54,9 @@ for _name in ("__neg__", "__abs__", "__lt__", "__le__", "__gt__", "__ge__"):
 class Parameter(Symbolic):
     """A number that a fit may change.
 
-    `default` and `bounds` are in `unit`; `known` parameters are held at their default unless a case frees them by
-    giving bounds. `source` is where default and bounds come from. `part` is ("re" or "im", name of the complex one).
+    `default` and `bounds` are in `unit`; `known` parameters are held at their default unless a case frees
+    them by giving bounds. `source` is where default and bounds come from. `part` is ("re" or "im", name of
+    the complex one).
     """
 
     name: str
@@ -108,7 +110,8 @@ class Input(Symbolic):
     """A quantity recorded or given at each sample.
 
     `derived` = (kind, input) marks one that is computed from another recorded input when it is not given:
-    "previous" (value at the sample before), "rate", "acceleration", "turning" (extreme value inside the step).
+    "previous" (value at the sample before), "rate", "acceleration", "turning" (extreme value inside the
+    step).
     """
 
     name: str
@@ -157,10 +160,11 @@ class Equation(Symbolic):
 
 @dataclass(frozen=True)
 class Implicit(Symbolic):
-    """`name` is the root of `residual` = 0 (an expression in its own symbol) between `bracket`'s two expressions.
+    """`name` is the root of `residual` = 0 (an expression in its own symbol) between `bracket`'s two
+    expressions.
 
-    Solved in the generated C by a safeguarded Newton iteration with a bound on its steps; derivatives follow from
-    the implicit function theorem. The residual must change sign between the brackets.
+    Solved in the generated C by a safeguarded Newton iteration with a bound on its steps; derivatives follow
+    from the implicit function theorem. The residual must change sign between the brackets.
     """
 
     name: str
@@ -179,10 +183,10 @@ class Implicit(Symbolic):
 class State(Symbolic):
     """A memory of a time model.
 
-    At the first sample it has the value `initial`. At each later sample it is either replaced by `update`, in which
-    its own symbol means the value before (statements run in the order in which they are written), or integrated
-    from `rate` = dx/dt over the step by the classical Runge–Kutta scheme in `substeps` steps, inputs running
-    linearly between samples.
+    At the first sample it has the value `initial`. At each later sample it is either replaced by `update`, in
+    which its own symbol means the value before (statements run in the order in which they are written), or
+    integrated from `rate` = dx/dt over the step by the classical Runge–Kutta scheme in `substeps` steps,
+    inputs running linearly between samples.
     """
 
     name: str
