@@ -5,25 +5,25 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values, add, unit_of
-from modelgen.language import Abs, Equation, Max, Model, Piecewise, Port, State
+from modelgen.effects.effect import Effect, Shape, Strength, Values, add, at_start, unit_of
+from modelgen.language import Abs, Equation, Max, Model, Piecewise, Port, State, sign
 
 MOTION = ("z", "v", "z_prev", "z_turn")
 
 
-def _moved(model: Model, port: Port, between: tuple[Any, ...], motion: dict[str, Any]) -> Model:
+def moved(model: Model, port: Port, between: tuple[Any, ...], motion: dict[str, Any]) -> Model:
     """The model in which the equations of the port's `motion` have new expressions, after the statements `between`.
 
     What they were keeps its expression under the name <name>_<count>, which `motion` and `between` are written in.
     """
-    names = {port[k].name: _inner(model, port, k).name for k in MOTION}
+    names = {port[k].name: inner(model, port, k).name for k in MOTION}
     statements = [replace(s, name=names[s.name]) if s.name in names else s for s in model.statements]
     last = max(n for n, s in enumerate(model.statements) if s.name in names) + 1
     outer = [Equation(port[k].name, motion[k], unit_of(model, port[k])) for k in MOTION]
     return replace(model, statements=(*statements[:last], *between, *outer, *statements[last:]))
 
 
-def _inner(model: Model, port: Port, key: str) -> Symbol:
+def inner(model: Model, port: Port, key: str) -> Symbol:
     """What the port's variable `key` is called once an effect has taken its name."""
     taken = {s.name for s in model.statements}
     count = next(n for n in range(1, 99) if f"{port[key].name}_{n}" not in taken)
@@ -36,7 +36,7 @@ def _within(x: Any, g: Any) -> Any:
 
 
 def _backlash(model: Model, port: Port, p: Values) -> Model:
-    z, v, z_prev, z_turn = (_inner(model, port, k) for k in MOTION)
+    z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
     g, unit = p["g"], unit_of(model, port["z"])
     lag = Symbol("backlash_lag", real=True)  # of the driven side behind the driving one, within ±g
 
@@ -44,12 +44,20 @@ def _backlash(model: Model, port: Port, p: Values) -> Model:
         """The lag after the driving side has gone dz in one direction."""
         return _within(lag - dz, g)
 
-    turn = Equation("backlash_turn", play(lag, z_turn - z_prev), unit, text="lag where the driving side turns")
+    turn = Equation(
+        "backlash_turn", play(lag, z_turn - z_prev), unit, text="lag where the driving side turns"
+    )
     before = Equation("backlash_before", lag, unit, text="lag at the sample before")
-    state = State("backlash_lag", 0, play(turn.symbol, z - z_turn), unit=unit, text="lag of the driven side")
+    state = State(
+        "backlash_lag",
+        -g * sign(at_start(model, port["v"])),  # in touch from the start
+        play(turn.symbol, z - z_turn),
+        unit=unit,
+        text="lag of the driven side",
+    )
     touching = Piecewise((1, Abs(lag) >= g), (0, True))
     motion = {"z": z + lag, "v": v * touching, "z_prev": z_prev + before, "z_turn": z_turn + turn}
-    return _moved(model, port, (turn, before, state), motion)
+    return moved(model, port, (turn, before, state), motion)
 
 
 backlash = Effect(
@@ -64,16 +72,16 @@ backlash = Effect(
 
 
 def _dead_zone(model: Model, port: Port, p: Values) -> Model:
-    z, v, z_prev, z_turn = (_inner(model, port, k) for k in MOTION)
+    z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
     g = p["g_0"]
     motion = {k: x - _within(x, g) for k, x in (("z", z), ("z_prev", z_prev), ("z_turn", z_turn))}
-    return _moved(model, port, (), motion | {"v": v * Piecewise((1, Abs(z) >= g), (0, True))})
+    return moved(model, port, (), motion | {"v": v})
 
 
 dead_zone = Effect(
     "backlash",
     ("displacement",),
-    "the linkage has free play about the middle: no force while the displacement is within the gap",
+    "spring and friction have free play about the middle: within the gap only the dashpot is felt",
     "A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 4.1: dead zone",
     (Strength("g_0", "{z}", text="half of the gap", scale="displacement", low=0.01, high=0.3),),
     _dead_zone,

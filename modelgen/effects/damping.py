@@ -1,7 +1,5 @@
 """Damping in the time domain: dashpots that aren't linear, and the linear one."""
 
-from math import pi
-
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add
 from modelgen.language import Abs, Model, Parameter, Port, j, sign
 
@@ -33,9 +31,9 @@ quadratic_in_a_cycle = Effect(
     "quadratic_damping",
     ("stiffness",),
     DRAG,
-    TEXTBOOK + ": loss of the fundamental, 8/(3π) c_2 ω²A",
+    TEXTBOOK + "; force at mid-stroke over the amplitude, as in the MRE paper, eq. 6",
     (Strength("c_2", "{port}*s**2/{amplitude}", text="drag over speed squared"),),
-    add(lambda at, p: j * (8 / (3 * pi)) * p["c_2"] * at["omega"] ** 2 * at["amplitude"]),
+    add(lambda at, p: j * p["c_2"] * at["omega"] ** 2 * at["amplitude"]),
     needs=("omega", "amplitude"),
 )
 
@@ -44,9 +42,14 @@ asymmetric_damping = Effect(
     ("force",),
     "the dashpot is harder in one direction than in the other, as a damper with valves",
     "J. C. Dixon, The Shock Absorber Handbook (2007), ch. 5",
-    (Strength("c_a", "{port}/({v})", bounds=ANY, text="half the difference of the two damping coefficients"),),
+    (
+        Strength(
+            "c_a", "{port}/({v})", bounds=ANY, text="half the difference of the two damping coefficients"
+        ),
+    ),
     add(lambda at, p: p["c_a"] * Abs(at["v"])),
     needs=("v",),
+    common=0.5,
 )
 
 
@@ -71,8 +74,13 @@ power_law_damping = Effect(
     "N. Makris, M. C. Constantinou, J. Struct. Eng. 117 (1991) 2708; J. C. Dixon, The Shock Absorber Handbook (2007)",
     (Strength("c_n", "{port}", text="force at unit speed"),),
     _power_law_damping,
-    (Shape("n", "1", "1", 0.1, 0.9, 4, log=False, text="exponent; 1 for a linear dashpot, 0 for dry friction"),),
+    (
+        Shape(
+            "n", "1", "1", 0.1, 0.9, 4, log=False, text="exponent; 1 for a linear dashpot, 0 for dry friction"
+        ),
+    ),
     needs=("v",),
+    common=0.5,
 )
 
 EFFECTS = (viscous_force, quadratic_damping, quadratic_in_a_cycle, asymmetric_damping, power_law_damping)

@@ -5,16 +5,20 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values
-from modelgen.language import Model, Port, State, exp
+from modelgen.language import Model, Parameter, Port, State, exp
 
 ANY = (-float("inf"), float("inf"))
 WARMS = "the stiffness changes in the course of the record, as the sample warms up"
-SETTLES = Shape("tau", "s", "duration", 0.1, 10.0, 5, text="time in which it settles; long for a steady drift")
+SETTLES = Shape(
+    "tau", "s", "duration", 0.1, 10.0, 5, text="time in which it settles; long for a steady drift"
+)
 
 
 def _settling(id: str, model: Model, port: Port, p: Values, change: Any) -> Model:
     """The port's quantity x becomes change(x, s), where s grows from 0 as the time since the start, and settles at τ."""
-    start = State(f"{id}_t_0", port["t"], Symbol(f"{id}_t_0", real=True), unit="s", text="time of the first sample")
+    start = State(
+        f"{id}_t_0", port["t"], Symbol(f"{id}_t_0", real=True), unit="s", text="time of the first sample"
+    )
     s = p["tau"] * (1 - exp(-(port["t"] - start) / p["tau"]))
     return model.extend(port.equation, lambda x: change(x, s), statements=(start,))
 
@@ -36,18 +40,26 @@ temperature_drift = Effect(
     WARMS,
     "L. R. G. Treloar, The Physics of Rubber Elasticity (1975), ch. 2; Newton's law of cooling",
     (Strength("beta", "1/s", bounds=ANY, text="relative rate of change of the stiffness at the start"),),
-    lambda model, port, p: _settling("temperature_drift", model, port, p, lambda k, s: k * (1 + p["beta"] * s)),
+    lambda model, port, p: _settling(
+        "temperature_drift", model, port, p, lambda k, s: k * (1 + p["beta"] * s)
+    ),
     (SETTLES,),
     needs=("t",),
 )
 
 
-def _in_order(model: Model, port: Port, change: Any) -> Model:
-    """The port's quantity x becomes change(x, n), where n counts the samples of the sweep in the order of the record."""
-    n = State("temperature_drift_n", 0, Symbol("temperature_drift_n", real=True) + 1, text="samples since the start")
-    if any(s.name == n.name for s in model.statements):
-        return model.extend(port.equation, lambda x: change(x, n))
-    return model.extend(port.equation, lambda x: change(x, n), statements=(n,))
+def _in_order(model: Model, port: Port, settled: Parameter, change: Any) -> Model:
+    """The port's quantity x becomes change(x, s), where s counts the samples of the sweep as recorded, and settles."""
+    n = State("sample", 0, Symbol("sample", real=True) + 1, text="samples since the start of the record")
+    s = settled * (1 - exp(-n / settled))
+    counted = () if any(q.name == n.name for q in model.statements) else (n,)
+    return model.extend(port.equation, lambda x: change(x, s), statements=counted)
+
+
+def _settles_in(name: str) -> Shape:
+    return Shape(
+        name, "1", "samples", 0.2, 10.0, 4, text="samples in which it settles; many for a steady drift"
+    )
 
 
 coil_warming = Effect(
@@ -55,8 +67,13 @@ coil_warming = Effect(
     ("electrical_impedance",),
     "the coil warms up during the sweep: its resistance grows from sample to sample",
     "IEC 60751: copper and its like, 0.4 % per kelvin",
-    (Strength("dR", "{port}", bounds=ANY, text="change of the resistance per sample, in the order of the record"),),
-    lambda model, port, p: _in_order(model, port, lambda Z, n: Z + p["dR"] * n),
+    (
+        Strength(
+            "dR", "{port}", bounds=ANY, text="change of the resistance per sample at the start of the record"
+        ),
+    ),
+    lambda model, port, p: _in_order(model, port, p["n_R"], lambda Z, s: Z + p["dR"] * s),
+    (_settles_in("n_R"),),
     needs=("omega",),
 )
 
@@ -65,8 +82,16 @@ spring_warming = Effect(
     ("stiffness",),
     "the stiffness changes in the course of the sweep, as the device warms up",
     temperature_drift.source,
-    (Strength("dK", "1", bounds=ANY, text="relative change of the stiffness per sample, in the order of the record"),),
-    lambda model, port, p: _in_order(model, port, lambda K, n: K * (1 + p["dK"] * n)),
+    (
+        Strength(
+            "dK",
+            "1",
+            bounds=ANY,
+            text="relative change of the stiffness per sample at the start of the record",
+        ),
+    ),
+    lambda model, port, p: _in_order(model, port, p["n_K"], lambda K, s: K * (1 + p["dK"] * s)),
+    (_settles_in("n_K"),),
     needs=("omega",),
 )
 

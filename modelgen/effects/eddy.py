@@ -45,6 +45,17 @@ shorted_turn = Effect(
     needs=("omega",),
 )
 
+shunted_terminals = Effect(
+    "eddy_shunt",
+    ("terminals",),
+    "a resistance shunts the whole coil, motion included: eddy currents that all of its flux drives, or a leak",
+    "E. C. Snelling, Soft Ferrites (1988), ch. 2: core loss as a parallel resistance",
+    # The same as a shunt behind the winding's resistance, with the other parameters rescaled: data can't tell.
+    (Strength("G_0", "1/{port}", text="conductance across the terminals"),),
+    change(lambda Z, at, p: Z / (1 + p["G_0"] * Z)),
+    needs=("omega",),
+)
+
 permeability_relaxation = Effect(
     "permeability_relaxation",
     ("inductance",),
@@ -59,4 +70,4 @@ permeability_relaxation = Effect(
     needs=("omega",),
 )
 
-EFFECTS = (semi_inductance, shunted_inductance, shorted_turn, permeability_relaxation)
+EFFECTS = (semi_inductance, shunted_inductance, shorted_turn, shunted_terminals, permeability_relaxation)

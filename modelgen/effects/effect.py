@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from sympy import sympify
 
-from modelgen.language import Model, Parameter, Port, j
+from modelgen.language import Equation, Model, Parameter, Port, j
 
 Values = Mapping[str, Parameter]
 Apply = Callable[[Model, Port, Values], Model]
@@ -21,7 +22,8 @@ class Strength:
     """The parameter that says how much of the effect there is; at `null` the old model is back exactly.
 
     `unit` may hold {port}, the names of the port's variables in braces, e.g. "{port}/{z}**3", and at mechanical ports
-    in the frequency domain {impedance} and {stiffness} (force over velocity and over displacement in the port's units).
+    in the frequency domain {impedance} and {stiffness} (force over velocity and over displacement in the port's units);
+    {force} is the unit of the model's force.
     `scale`, `low`, `high`, `points` as in `Shape`: where effects that are screened at a finite strength are tried.
     """
 
@@ -42,7 +44,7 @@ class Shape:
     """A parameter that says of which shape the effect is; it means nothing while the strength is null.
 
     It is searched from `low` × the smallest to `high` × the largest value of `scale` in the recordings. Scales:
-    "omega" (angular frequency), "time" (1/omega up to the length of the record), "duration" (length of each record),
+    "omega" (angular frequency), "time" (1/omega up to the length of the record), "duration" (length of each record), "samples" (their number in each),
     "displacement" (half the stroke of each record), "speed" (the greatest of each record), "position" (the recorded
     range of the displacement), "port" (modulus of the port's quantity, by the base fit), "1" (plain numbers: low and
     high as they are), or an expression in these such as "port/max(omega)**2".
@@ -104,16 +106,21 @@ class Effect:
     def fits(self, model: Model) -> tuple[Port, ...]:
         """The ports of `model` that this effect can be added to: those of the first of its kinds that there is."""
         for kind in self.kinds:
-            there = tuple(p for p in model.ports if p.kind == kind and set(self.needs) <= {n for n, _ in p.variables})
+            there = tuple(
+                p for p in model.ports if p.kind == kind and set(self.needs) <= {n for n, _ in p.variables}
+            )
             if there:
                 return there
         return ()
 
     def parameters(self, model: Model, port: Port) -> dict[str, Parameter]:
         """The effect's parameters as declared in a model: short name → Parameter with unit, bounds and source."""
-        units = {k: unit_of(model, v) for k, v in port.variables} | _port_units(port, model[port.equation].unit)
+        units = {k: unit_of(model, v) for k, v in port.variables}
+        units |= _port_units(port, model[port.equation].unit)
+        units["force"] = next((model[q.equation].unit for q in model.ports if q.kind == "force"), "N")
         declared: dict[str, Parameter] = {}
-        for q in (*self.strengths, *self.shapes):
+        quantities: tuple[Strength | Shape, ...] = (*self.strengths, *self.shapes)
+        for q in quantities:
             unit = q.unit.format(**{k: f"({u})" for k, u in units.items()})
             null = q.null if isinstance(q, Strength) else None
             bounds = q.bounds if isinstance(q, Strength) else ((0.0, inf) if q.log else (-inf, inf))
@@ -150,6 +157,20 @@ def add_stiffness(what: Callable[[Port, Values], Any]) -> Apply:
     return add(lambda at, p: what(at, p) / (1 if at.kind == "stiffness" else j * at["omega"]))
 
 
+def at_start(model: Model, expr: Any) -> Any:
+    """An expression as it is at the first sample, in inputs and parameters alone: what `State.initial` may hold."""
+    statements = {s.name: s for s in model.statements}
+    known: dict[Any, Any] = {}
+
+    def start(x: Any) -> Any:
+        for symbol in x.free_symbols - known.keys():
+            s = statements.get(symbol.name)
+            known[symbol] = start(s.expr if isinstance(s, Equation) else s.initial) if s else symbol
+        return x.xreplace(known)
+
+    return start(sympify(expr))
+
+
 def unit_omega(model: Model) -> Model:
     """`model` with the constant `unit_omega` = 1 rad/s, by which powers of frequency are made numbers."""
     return model.with_parameters(UNIT_OMEGA)
@@ -160,7 +181,11 @@ UNIT_OMEGA = Parameter("unit_omega", "rad/s", 1.0, (0.5, 2.0), "the unit 1 rad/s
 
 def _port_units(port: Port, unit: str) -> dict[str, str]:
     stiff = port.kind == "stiffness"
-    return {"port": unit, "stiffness": unit if stiff else f"{unit}/s", "impedance": f"{unit}*s" if stiff else unit}
+    return {
+        "port": unit,
+        "stiffness": unit if stiff else f"{unit}/s",
+        "impedance": f"{unit}*s" if stiff else unit,
+    }
 
 
 def unit_of(model: Model, variable: Any) -> str:

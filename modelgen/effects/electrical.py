@@ -29,10 +29,26 @@ coil_ac_resistance = Effect(
     "skin and proximity effect crowd the current in the wire: its resistance grows with the square of frequency, "
     "above omega_s with the root",
     "H. B. Dwight, Electrical Coils and Conductors (1945), ch. 16: round wire, R x J0(x)/(2 J1(x))",
-    (Strength("R", "{port}", text="dc resistance of the wire that takes part, more where turns lie in others' field"),),
+    (
+        Strength(
+            "R",
+            "{port}",
+            text="dc resistance of the wire that takes part, more where turns lie in others' field",
+        ),
+    ),
     # 1/χ of the same function that describes flux in a rod is the internal impedance of a round wire over its R
     add(lambda at, p: p["R"] * (1 / eddy_factor(at["omega"] / p["omega_s"]) - 1)),
-    (Shape("omega_s", "rad/s", "omega", 0.3, 1.0, 8, text="1/(μσa²): frequency at which the skin is as deep as the wire's radius a"),),
+    (
+        Shape(
+            "omega_s",
+            "rad/s",
+            "omega",
+            0.3,
+            1.0,
+            8,
+            text="1/(μσa²): frequency at which the skin is as deep as the wire's radius a",
+        ),
+    ),
     needs=("omega",),
 )
 
@@ -46,14 +62,4 @@ coil_capacitance = Effect(
     needs=("omega",),
 )
 
-shunt_resistance = Effect(
-    "shunt_resistance",
-    ("terminals",),
-    "a leak or a resistor lies across the terminals",
-    "e.g. Keysight Impedance Measurement Handbook, ch. 3",
-    (Strength("G", "1/{port}", text="conductance across the terminals"),),
-    change(lambda Z, at, p: Z / (1 + p["G"] * Z)),
-    needs=("omega",),
-)
-
-EFFECTS = (lead_resistance, leakage_inductance, coil_ac_resistance, coil_capacitance, shunt_resistance)
+EFFECTS = (lead_resistance, leakage_inductance, coil_ac_resistance, coil_capacitance)

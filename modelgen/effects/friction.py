@@ -5,7 +5,7 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change
-from modelgen.language import Abs, Equation, Model, Port, State, exp, sign, sqrt
+from modelgen.language import Abs, Equation, Model, Port, State, exp, j, sign, sqrt, tanh
 
 DAHL = "P. R. Dahl, Aerospace Corp. TOR-0158(3107-18)-1 (1968); MRE paper, eq. 8–9"
 
@@ -17,7 +17,9 @@ def _second_dahl(model: Model, port: Port, p: Values) -> Model:
 
     name = "second_dahl_element_r"
     turn = Equation(f"{name}_turn", stroke(Symbol(name, real=True), port["z_turn"] - port["z_prev"]))
-    r = State(name, 0, stroke(turn.symbol, port["z"] - port["z_turn"]), text="friction state of the second element")
+    r = State(
+        name, 0, stroke(turn.symbol, port["z"] - port["z_turn"]), text="friction state of the second element"
+    )
     return model.extend(port.equation, lambda F: F + p["h_2"] * r, statements=(turn, r))
 
 
@@ -30,6 +32,29 @@ second_dahl_element = Effect(
     _second_dahl,
     (Shape("z_2", "{z}", "displacement", 0.01, 1.0, 8, text="slip length 1/ρ of the second element"),),
     needs=("z", "z_prev", "z_turn"),
+)
+
+
+def _second_in_a_cycle(at: Port, p: Values) -> Any:
+    """Complex stiffness with Dahl's force at the end of the stroke and at its middle, as the MRE paper's eq. 4 and 6."""
+    A, z_2 = at["amplitude"], p["z_2"]
+    end = tanh(A / z_2)
+    return p["h_2"] / A * (end + j * (1 - (1 + end) * exp(-A / z_2)))
+
+
+second_dahl_in_a_cycle = Effect(
+    "second_dahl_element",
+    ("stiffness",),
+    second_dahl_element.says,
+    DAHL + "; MRE paper, eq. 12",
+    (Strength("h_2", "{port}*({amplitude})", text="friction force of the second element"),),
+    add(_second_in_a_cycle),
+    (
+        Shape(
+            "z_2", "{amplitude}", "displacement", 0.01, 1.0, 6, text="slip length 1/ρ of the second element"
+        ),
+    ),
+    needs=("amplitude",),
 )
 
 dahl_exponent = Effect(
@@ -61,6 +86,7 @@ coulomb_friction = Effect(
     add(lambda at, p: p["F_c"] * at["v"] / sqrt(at["v"] ** 2 + p["v_0"] ** 2)),
     (Shape("v_0", "{v}", "speed", 0.001, 0.1, 4, text="speed below which friction is not yet developed"),),
     needs=("v",),
+    common=0.5,
 )
 
-EFFECTS = (second_dahl_element, dahl_exponent, stribeck_friction, coulomb_friction)
+EFFECTS = (second_dahl_element, second_dahl_in_a_cycle, dahl_exponent, stribeck_friction, coulomb_friction)

@@ -7,8 +7,8 @@ s_i = s_0 e^(STEP i), so the arms depend on the record alone (computed once); pa
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import expm1
 from math import exp as number_exp
+from math import expm1
 from typing import Any
 
 from sympy import Symbol
@@ -28,7 +28,9 @@ TINY = 1e-30  # keeps (1 − e^(−x))/x finite at the first sample, where no ti
 
 def z_rest(unit: str) -> Parameter:
     """The constant `z_rest`: at which displacement the arms were at rest when the record began."""
-    return Parameter("z_rest", unit, 0.0, text="displacement at which the sample rested before the record", known=True)
+    return Parameter(
+        "z_rest", unit, 0.0, text="displacement at which the sample rested before the record", known=True
+    )
 
 
 def arm(name: str, x: Any, at: Port, rest: Parameter) -> State:
@@ -73,14 +75,22 @@ class Ladder:
         faster = [highest / (exp((n - alpha) * STEP) - 1) for n in (1, 2)]
         total = sum(lowest * exp(alpha * STEP * i) * self.stretch(i) for i in range(ARMS))
         total += slower[1] * self.stretch(0) + faster[1] * self.stretch(ARMS - 1)
-        return total + (slower[0] - slower[1]) * (self.port["z"] - self.rest) + (faster[0] - faster[1]) / top * self.port["v"]
+        return (
+            total
+            + (slower[0] - slower[1]) * (self.port["z"] - self.rest)
+            + (faster[0] - faster[1]) / top * self.port["v"]
+        )
 
     def constant_loss(self) -> Any:
         """(2/π) ln(jω/unit_omega) z: equal weights, the power law's rule at α → 0."""
         ends = [1 / expm1(n * STEP) for n in (1, 2)]
         top = self.rate * number_exp(STEP * (ARMS - 1))
         below = log(self.rate / Symbol("unit_omega", real=True)) / STEP - 0.5 - ends[0]
-        total = sum(self.stretch(i) for i in range(ARMS)) + ends[0] * self.stretch(0) + ends[1] * self.stretch(ARMS - 1)
+        total = (
+            sum(self.stretch(i) for i in range(ARMS))
+            + ends[0] * self.stretch(0)
+            + ends[1] * self.stretch(ARMS - 1)
+        )
         total += below * (self.port["z"] - self.rest) + (ends[0] - ends[1]) / top * self.port["v"]
         return 2 / pi * STEP * total
 
@@ -89,7 +99,9 @@ class Ladder:
         at = self.port
         dt = at["t"] - at["t_prev"]
         arms = [
-            replace(arm(f"{self.id}_z{i}", self.rate * dt * number_exp(STEP * i), at, self.rest), ref=f"arm {i}")
+            replace(
+                arm(f"{self.id}_z{i}", self.rate * dt * number_exp(STEP * i), at, self.rest), ref=f"arm {i}"
+            )
             for i in range(ARMS)
         ]
         term = Equation(f"{self.id}_F", force, self.model[at.equation].unit, text=text)

@@ -29,7 +29,9 @@ def _pick(shown: str, name: str, names: dict[str, Any]) -> tuple[Effect, ...]:
         if name not in names:
             raise InputError(f"'{shown}' has no '{name}'{did_you_mean(name, found)}")
         if name not in found:
-            raise InputError(f"'{name}' in '{shown}' is of type {type(names[name]).__name__}, wanted an Effect")
+            raise InputError(
+                f"'{name}' in '{shown}' is of type {type(names[name]).__name__}, wanted an Effect"
+            )
         return found[name]
     if not found:
         raise InputError(f"'{shown}' has no effect in it, wanted at least one value of type Effect")

@@ -25,9 +25,9 @@ cubic_in_a_cycle = Effect(
     "cubic_stiffness",
     ("stiffness",),
     HARDENS,
-    TEXTBOOK + ": stiffness of the fundamental, 3/4 k_3 A²",
+    TEXTBOOK + "; force at the end of the stroke over its amplitude, as in the MRE paper, eq. 4",
     (Strength("k_3", "{port}/{amplitude}**2", bounds=ANY, text="positive for a hardening spring"),),
-    add(lambda at, p: 0.75 * p["k_3"] * at["amplitude"] ** 2),
+    add(lambda at, p: p["k_3"] * at["amplitude"] ** 2),
     needs=("amplitude",),
 )
 
@@ -36,7 +36,11 @@ asymmetric_stiffness = Effect(
     ("force",),
     "the spring is stiffer in one direction than in the other: an even force, k_2 z²",
     TEXTBOOK,
-    (Strength("k_2", "{port}/{z}**2", bounds=ANY, text="positive where the spring is stiffer at positive z"),),
+    (
+        Strength(
+            "k_2", "{port}/{z}**2", bounds=ANY, text="positive where the spring is stiffer at positive z"
+        ),
+    ),
     add(lambda at, p: p["k_2"] * at["z"] ** 2),
     needs=("z",),
 )
@@ -58,7 +62,9 @@ CLEARANCE = 0.02
 def _pull(side: int) -> Callable[[Port, Values], Any]:
     """Force that holds the moving side against a magnet's pull, less that at z = 0."""
     end = "upper" if side > 0 else "lower"
-    return lambda at, p: -side * p[f"P_{end}"] * (1 / Max(1 - side * at["z"] / p[f"g_{end}"], CLEARANCE) ** 2 - 1)
+    return lambda at, p: (
+        -side * p[f"P_{end}"] * (1 / Max(1 - side * at["z"] / p[f"g_{end}"], CLEARANCE) ** 2 - 1)
+    )
 
 
 def _magnet(side: int) -> Effect:

@@ -1,13 +1,15 @@
-"""More than one degree of freedom: a resonator hung on, a joint that gives, waves in the rod. Frequency domain."""
+"""More than one degree of freedom: a resonator hung on, a joint, waves in the rod."""
 
 from typing import Any
 
-from modelgen.effects.effect import Effect, Shape, Strength, add_impedance, change
-from modelgen.language import Parameter, Port, j
+from sympy import Symbol
+
+from modelgen.effects.effect import Effect, Shape, Strength, Values, add_impedance, at_start, change, unit_of
+from modelgen.language import Model, Port, State, cos, exp, j, sin, sqrt
 
 
-def _resonator(at: Port, p: dict[str, Parameter]) -> Any:
-    """jωM and (jωM ω_2²/(jω)² (1 + jω/(Q ω_2)))'s series connection: a mass M on a spring and a damper."""
+def _resonator(at: Port, p: Values) -> Any:
+    """A mass on a spring and a damper, 1/(1/(jωM) + 1/(K/(jω) + R)) with K = M ω_2², R = M ω_2/Q."""
     u = at["omega"] / p["omega_2"]
     link = 1 + j * u / p["Q"]
     return j * at["omega"] * p["M_2"] * link / (link - u**2)
@@ -34,19 +36,33 @@ contact_compliance = Effect(
     "resonance",
     "J. P. Den Hartog, Mechanical Vibrations (1956), sec. 2.3; impedances in series as in L. L. Beranek, Acoustics, ch. 3",
     # The share γ of Z lies behind a joint of compliance c/γ. With γ = 1 the whole load does.
-    (Strength("gamma", "1", bounds=(0.0, 1.0), text="share of the mechanical load that lies behind the joint"),),
+    (
+        Strength(
+            "gamma", "1", bounds=(0.0, 1.0), text="share of the mechanical load that lies behind the joint"
+        ),
+    ),
     change(lambda Z, at, p: Z * (1 - p["gamma"] + p["gamma"] / (1 + j * at["omega"] * p["c"] * Z))),
-    (Shape("c", "1/({stiffness})", "1/(omega*port)", 0.5, 2.0, 24, text="compliance of the joint, times that share"),),
+    (
+        Shape(
+            "c",
+            "1/({stiffness})",
+            "1/(omega*port)",
+            0.5,
+            2.0,
+            24,
+            text="compliance of the joint, times that share",
+        ),
+    ),
     needs=("omega",),
 )
 
-LEVELS = 16
+LEVELS = 14
 
 
 def xcotx(q: Any) -> Any:
     """√q cot √q by Lambert's continued fraction 1 − q/(3 − q/(5 − …)).
 
-    Meromorphic, finite and smooth at q = 0, poles where they belong; its error is below 1e-9 of max(1, |x cot x|) for
+    Meromorphic, finite and smooth at q = 0, poles where they belong; its error is below 1e-6 of max(1, |x cot x|) for
     |q| < 40, where the poles at π² and 4π² lie; below 1e-13 for |q| < 12.
     """
     tail: Any = 2 * LEVELS + 1
@@ -60,10 +76,74 @@ distributed_rod = Effect(
     ("stiffness",),
     "waves run in the rod: its own mass makes its stiffness K·kl·cot(kl), with (kl)² = ω²m/K",
     "L. E. Kinsler et al., Fundamentals of Acoustics (2000), sec. 3.6: rod with one end held",
-    (Strength("m", "{port}*s**2", text="mass of the rod", scale="min(port)/max(omega)**2", low=0.3, high=30.0, points=8),),
+    (
+        Strength(
+            "m",
+            "{port}*s**2",
+            text="mass of the rod",
+            scale="min(port)/max(omega)**2",
+            low=0.3,
+            high=30.0,
+            points=8,
+        ),
+    ),
     change(lambda K, at, p: K * xcotx(at["omega"] ** 2 * p["m"] / K)),
     needs=("omega",),
     secant=True,  # a third of the rod's mass at first order, which any moving mass absorbs
 )
 
-EFFECTS = (second_mode, contact_compliance, distributed_rod)
+moving_rod = Effect(
+    "distributed_rod",
+    ("mechanical_impedance",),
+    "waves run in a moving rod: its far end is free, so its mass grows like tan(kl)/kl",
+    "L. E. Kinsler et al., Fundamentals of Acoustics (2000), sec. 3.5: rod with one end free",
+    (Strength("m_free", "{impedance}*s", text="mass of the rod"),),
+    add_impedance(
+        lambda at, p: j * at["omega"] * p["m_free"] * (1 / xcotx((at["omega"] * p["tau"]) ** 2) - 1)
+    ),
+    (Shape("tau", "s", "1/max(omega)", 0.3, 6.0, 12, text="time that a wave needs along the rod"),),
+    needs=("omega",),
+)
+
+# -- time domain: the mass is driven by the acceleration of its foot, which runs linearly between samples ----------
+
+
+def _swinging(model: Model, port: Port, p: Values) -> Model:
+    """Force of a mass whose motion y against its foot obeys y'' + (ω_2/Q) y' + ω_2² y = −a, each step exact."""
+    a, unit, start = port["a"], unit_of(model, port["a"]), at_start(model, port["a"])
+    Y, V, before, old = (Symbol(f"second_mode_{n}", real=True) for n in ("Y", "V", "a", "Y_old"))
+    zeta = 1 / (2 * p["Q"])
+    x, beta = p["omega_2"] * (port["t"] - port["t_prev"]), sqrt(1 - zeta**2)
+    slope = (a - before) / x  # a' / ω_2
+    held = 2 * zeta * slope  # steadily accelerated, ω_2² y = held − a, ω_2 y' = −slope
+    c, s = exp(-zeta * x) * cos(beta * x), exp(-zeta * x) * sin(beta * x) / beta
+
+    def stretch(Y: Any) -> Any:
+        return Y + before - held
+
+    states = (
+        State(
+            Y.name, -start, held - a + (c + zeta * s) * stretch(Y) + s * (V + slope), unit=unit, text="ω_2² y"
+        ),
+        State(V.name, 0, -slope - s * stretch(old) + (c - zeta * s) * (V + slope), unit=unit, text="ω_2 y'"),
+        State(old.name, -start, Y, unit=unit, text="ω_2² y, for the next sample"),
+        State(before.name, start, a, unit=unit, text="acceleration of the foot, for the next sample"),
+    )
+    return model.extend(port.equation, lambda F: F - p["M_2"] * (Y + V / p["Q"]), statements=states)
+
+
+swinging_mass = Effect(
+    "second_mode",
+    ("force",),
+    second_mode.says,
+    second_mode.source,
+    (Strength("M_2", "{port}/({a})", text="mass of the resonator"),),
+    _swinging,
+    (
+        Shape("omega_2", "rad/s", "omega", 0.7, 1.5, 16, text="its resonance when its foot is held"),
+        Shape("Q", "1", "1", 1.0, 200.0, 3, text="its quality factor"),
+    ),
+    needs=("a", "t", "t_prev"),
+)
+
+EFFECTS = (second_mode, contact_compliance, distributed_rod, moving_rod, swinging_mass)

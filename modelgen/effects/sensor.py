@@ -6,7 +6,7 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Apply, Effect, Strength, Values, change
+from modelgen.effects.effect import Apply, Effect, Strength, Values, at_start, change
 from modelgen.language import Max, Model, Port, State, cos, exp, j, sin, sqrt
 
 ANY = (-float("inf"), float("inf"))
@@ -34,6 +34,27 @@ lag_of_response = Effect(
     needs=("omega",),
 )
 
+# A sample in a steady cycle, known by its amplitude: what is late of its force is its complex stiffness.
+delay_in_a_cycle = Effect(
+    "sensor_delay",
+    ("stiffness",),
+    LATE,
+    "Fourier's shift theorem",
+    (Strength("tau", "s", bounds=ANY, text="delay of the force"),),
+    change(lambda K, at, p: K * exp(-j * at["omega"] * p["tau"])),
+    needs=("omega", "amplitude"),
+)
+
+lag_in_a_cycle = Effect(
+    "force_sensor_lag",
+    ("stiffness",),
+    LAG,
+    FILTER,
+    (Strength("tau", "s", text="time constant"),),
+    change(lambda K, at, p: K / (1 + j * at["omega"] * p["tau"])),
+    needs=("omega", "amplitude"),
+)
+
 # In time, the recorded force is F − y, with y the rate of F, filtered, times τ. F runs linearly between samples, each step of
 # y is exact: for τ far below the sampling interval F − τ ΔF/Δt is left, and at τ = 0 F itself.
 
@@ -48,15 +69,13 @@ def _late(id: str, states: Filter) -> Apply:
 
     def apply(model: Model, port: Port, p: Values) -> Model:
         tau, dt, unit = p["tau"], port["t"] - port["t_prev"], model[port.equation].unit
-        last, begun = Symbol(f"{id}_last", real=True), Symbol(f"{id}_begun", real=True)
+        before = State(
+            f"{id}_F", at_start(model, model[port.equation]), 0, unit=unit, text="force at the sample before"
+        )
 
         def memory(F: Any) -> tuple[State, ...]:
-            rise = begun * (F - last) / dt * tau
-            return (
-                *(replace(s, unit=unit) for s in states(id, rise, dt / Max(tau, dt / GONE))),
-                State(last.name, 0, F, unit=unit, text="force at the sample before"),
-                State(begun.name, 0, 1, text="0 until there is one before"),
-            )
+            filtered = states(id, (F - before) / dt * tau, dt / Max(tau, dt / GONE))
+            return (*(replace(s, unit=unit) for s in filtered), replace(before, update=F))
 
         return model.extend(port.equation, lambda F: F - Symbol(f"{id}_y", real=True), statements=memory)
 
@@ -102,4 +121,6 @@ force_sensor_lag = Effect(
     needs=("t", "t_prev"),
 )
 
-EFFECTS = (delay_of_response, lag_of_response, sensor_delay, force_sensor_lag)
+EFFECTS = (
+    delay_of_response, lag_of_response, delay_in_a_cycle, lag_in_a_cycle, sensor_delay, force_sensor_lag,
+)  # fmt: skip

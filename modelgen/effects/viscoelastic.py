@@ -3,7 +3,16 @@
 In time, memories with many relaxation times are ladders of Maxwell arms (see `ladder`).
 """
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values, add_stiffness, change, unit_of, unit_omega
+from modelgen.effects.effect import (
+    Effect,
+    Shape,
+    Strength,
+    Values,
+    add_stiffness,
+    change,
+    unit_of,
+    unit_omega,
+)
 from modelgen.effects.ladder import MEMORY, Ladder, arm, z_rest
 from modelgen.language import Model, Port, j, powj, sign
 

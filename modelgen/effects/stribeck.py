@@ -1,0 +1,66 @@
+"""Friction whose level falls with speed while its stiffness before slip stays (LuGre's law without bristle damping)."""
+
+from dataclasses import replace
+from typing import Any
+
+from sympy import Symbol
+
+from modelgen.effects.effect import Effect, Shape, Strength, Values
+from modelgen.language import Abs, Equation, Model, Port, State, exp
+
+
+def _falling_level(model: Model, port: Port, p: Values) -> Model:
+    """ṙ = ρ(v − |v| r/g(v)) with level g = 1 + β exp(−|v|/v_s): the state is carried as r/g, which slips at 1.
+
+    Friction becomes h g, the inverse slip length ρ/g; when g changes, r/g changes so that the force does not.
+    """
+    state = port["r"].name
+    slip = next(q.equation for q in model.ports if q.kind == "slip")
+    g, g_prev = Symbol("stribeck_g", real=True), Symbol("stribeck_g_prev", real=True)
+    level = Equation(
+        g.name, 1 + p["beta"] * exp(-Abs(port["v"]) / p["v_s"]), text="level of friction at this speed"
+    )
+    held = Symbol("stribeck_g_last", real=True)
+    before = Equation(g_prev.name, held, text="level at the sample before")
+    last = State(held.name, level.expr, g, text="level, kept for the next sample")
+    model = _carried(model, state, g_prev / g)
+    slip_quantity = model[slip]
+    names = [s.name for s in model.statements]
+    first = names.index(slip_quantity.name)
+    model = replace(
+        model, statements=(*model.statements[:first], level, before, last, *model.statements[first:])
+    )
+    model = model.extend(slip, lambda rho: rho / g)
+    return model.extend(port.equation, lambda h: h * g)
+
+
+def _carried(model: Model, state: str, ratio: Any) -> Model:
+    """The model in which the old value of `state` is multiplied by `ratio` where its new one is computed from it."""
+    old = Symbol(state, real=True)
+    names = [s.name for s in model.statements]
+    for name in names[: names.index(state) + 1]:
+        model = _rescaled(model, name, state, old, ratio)
+    return model
+
+
+def _rescaled(model: Model, name: str, state: str, old: Any, ratio: Any) -> Model:
+    s = model[name]
+    if name == state:
+        assert isinstance(s, State)
+        new = replace(s, update=s.update.xreplace({old: old * ratio}))
+        return replace(model, statements=tuple(new if x.name == name else x for x in model.statements))
+    return model.substitute(name, {old: old * ratio})
+
+
+stribeck_slip = Effect(
+    "stribeck_friction",
+    ("friction",),
+    "friction falls with speed, as a film of lubricant or of wear builds up; its stiffness before slip stays",
+    "C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419",
+    (Strength("beta", "1", text="rise of the friction at rest over that at speed"),),
+    _falling_level,
+    (Shape("v_s", "{v}", "speed", 0.02, 1.0, 8, text="Stribeck velocity"),),
+    needs=("v", "r"),
+)
+
+EFFECTS = (stribeck_slip,)
