@@ -23,8 +23,9 @@ ALL = ("values", "jacobian", "sumsq", "normal", "all")
 
 
 def default_wrt(model: Model) -> tuple[str, ...]:
-    """The parameters that a fit would free: those that are not known beforehand."""
-    return tuple(p.name for p in model.scalar_parameters if not p.known)
+    """The parameters that a fit would free: those that are not known beforehand; all when every one is."""
+    free = tuple(p.name for p in model.scalar_parameters if not p.known)
+    return free or tuple(p.name for p in model.scalar_parameters)
 
 
 def build(model: Model, wrt: Sequence[str] | None = None) -> Function:
