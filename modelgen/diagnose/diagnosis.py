@@ -92,8 +92,9 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
 def _fit_base(h: Hypothesis, judge: Judge, seed: int) -> Fit:
     """The base from many starts; those of a swarm among them where bounds are finite and samples independent."""
     starts = base_starts(h, seed, 12)
-    problem = h.experiment.problem(starts[0], judge.whiteners)
-    if not h.experiment.model.states and problem.provides >= {"objective_batch"} and np.all(np.isfinite(problem.upper - problem.lower)):
+    plain = tuple(replace(w, root=None, ar=None) for w in judge.whiteners)
+    problem = h.experiment.problem(starts[0], plain)
+    if not h.experiment.model.states and "objective_batch" in problem.provides and np.all(np.isfinite(problem.upper - problem.lower)):
         swarms = [PSO(particles=60, iterations=300).run(problem, seed=seed + k) for k in range(2)]
         starts += [np.asarray(x.theta) for x in swarms]
     return judge.fit(h, starts, iterations=150)

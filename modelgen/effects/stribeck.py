@@ -23,13 +23,10 @@ def _falling_level(model: Model, port: Port, p: Values) -> Model:
     held = Symbol("stribeck_g_last", real=True)
     before = Equation(g_prev.name, held, text="level at the sample before")
     last = State(held.name, level.expr, g, text="level, kept for the next sample")
+    first = [s.name for s in model.statements].index(slip)
+    new = (level, before, last)
+    model = replace(model, statements=(*model.statements[:first], *new, *model.statements[first:]))
     model = _carried(model, state, g_prev / g)
-    slip_quantity = model[slip]
-    names = [s.name for s in model.statements]
-    first = names.index(slip_quantity.name)
-    model = replace(
-        model, statements=(*model.statements[:first], level, before, last, *model.statements[first:])
-    )
     model = model.extend(slip, lambda rho: rho / g)
     return model.extend(port.equation, lambda h: h * g)
 

@@ -49,8 +49,12 @@ class Whitener:
         return replace(self, weight=self.weight / factor)
 
     def masked(self, keep: Array) -> Whitener:
-        """With samples down-weighted by `keep` (n,), 0 … 1."""
-        return replace(self, weight=self.weight * keep)
+        """With samples down-weighted by `keep` (n,), 0 … 1: they count as measured with a noise 1/keep as large."""
+        if self.root is None:
+            return replace(self, weight=self.weight * keep)
+        inverse = np.linalg.inv(self.root)
+        correlation = inverse @ inverse.T + np.diag(1 / np.maximum(keep, 1e-4) ** 2 - 1)
+        return replace(self, root=np.linalg.inv(np.linalg.cholesky(correlation)))
 
 
 @dataclass(frozen=True, eq=False)
