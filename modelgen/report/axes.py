@@ -65,6 +65,25 @@ def log_ticks(axis: Any, x: Array) -> None:
     axis.set_major_formatter(lambda v, _: plain(v))
 
 
+def linear_ticks(axis: Any, most: int = 7) -> None:
+    """A few round ticks with as many figures as their distance needs, and no factor beside the axis."""
+    from matplotlib.ticker import Formatter, MaxNLocator
+
+    class Plain(Formatter):
+        def __call__(self, v: float, pos: int | None = None) -> str:
+            return plain(v)
+
+        def format_ticks(self, values: list[float]) -> list[str]:
+            size, step = np.max(np.abs(values), initial=0.0), np.min(np.diff(values), initial=np.inf)
+            if not (np.isfinite(step) and 1e-3 <= size < 1e5 and step >= 1e-4):
+                return [plain(v) for v in values]
+            decimals = max(0, -int(np.floor(np.log10(step) + 1e-9)))
+            return [f"{v + 0.0:.{decimals}f}".replace("-", "−") for v in np.round(values, 9)]
+
+    axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 5, 10]))
+    axis.set_major_formatter(Plain())
+
+
 def plain(v: float) -> str:
     """A tick: 0.05, 20, 5k, 10⁻⁶."""
     size = abs(v)

@@ -8,7 +8,7 @@ import numpy as np
 
 from modelgen.diagnose.verdict import PortCurve
 from modelgen.report import svg
-from modelgen.report.axes import dots, label, log_ticks
+from modelgen.report.axes import dots, label, linear_ticks, log_ticks
 from modelgen.report.thin import Array, every
 from modelgen.report.words import number
 
@@ -24,8 +24,11 @@ def port(curve: PortCurve, key: str = "c") -> str:
 
     with svg.style():
         parts = _parts(curve)
-        figure = Figure(figsize=(9.6, 3.5 if len(parts) > 1 else 3.9), layout="constrained")
-        for axes, part in zip(figure.subplots(1, len(parts), squeeze=False)[0], parts, strict=True):
+        figure = Figure(figsize=(9.6, 3.5 if len(parts) > 1 else 3.9))
+        room = {"left": 0.06, "right": 0.99, "bottom": 0.13, "top": 0.92, "wspace": 0.14}
+        for axes, part in zip(
+            figure.subplots(1, len(parts), squeeze=False, gridspec_kw=room)[0], parts, strict=True
+        ):
             _part(axes, curve, *part)
         title = f"{curve.quantity} missing at the {curve.port} port over {curve.x_name}, implied by the data"
         return svg.inline(figure, f"{title}{'' if curve.law is None else ', with the identified law'}", key)
@@ -37,10 +40,11 @@ def _parts(curve: PortCurve) -> list[tuple[str, Array, Array | None, Array | Non
     if not np.iscomplexobj(y):
         return [(label(curve.quantity, curve.unit), y, std, law, False)]
     if not curve.log_x:
+        real, imaginary = (None, None) if law is None else (law.real, law.imag)
         return [
-            (label(f"real part of {curve.quantity}", curve.unit), y.real, std, None if law is None else law.real, False),
-            (label("imaginary part", curve.unit), y.imag, std, None if law is None else law.imag, False),
-        ]  # fmt: skip
+            (label(f"real part of {curve.quantity}", curve.unit), y.real, std, real, False),
+            (label("imaginary part", curve.unit), y.imag, std, imaginary, False),
+        ]
     phase = np.degrees(np.angle(y))
     turn = None if law is None else np.degrees(np.angle(law))
     if turn is not None:
@@ -73,7 +77,8 @@ def _part(
     if curve.log_x and np.all(x > 0):
         axes.set_xscale("log")
         log_ticks(axes.xaxis, x)
-    elif not log:
+    else:
+        linear_ticks(axes.xaxis)
         axes.axhline(0, color=svg.MUTED, linewidth=0.6)
 
 
@@ -92,6 +97,7 @@ def _limits(axes: Axes, y: Array, law: Array | None, log: bool) -> None:
     low, high = np.min(both), np.max(both)
     room = 0.12 * (high - low) or abs(high) or 1.0
     axes.set_ylim(low - room, high + room)
+    linear_ticks(axes.yaxis)
 
 
 def determined(curve: PortCurve) -> Array:
@@ -101,7 +107,7 @@ def determined(curve: PortCurve) -> Array:
 
 
 def slope_and_phase(curve: PortCurve) -> tuple[float, float, bool] | None:
-    """d ln|·| / d ln x and phase [deg] in the middle of what is determined, and whether both are constant there.
+    """d ln|·| / d ln x and phase [deg] of what is determined, and whether both are constant there.
 
     Of the law, or of the implied quantity where there is none; None where it is not complex over a log axis.
     """

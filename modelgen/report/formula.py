@@ -6,11 +6,11 @@ import re
 
 from markupsafe import Markup, escape
 
-_GREEK = {
-    "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "epsilon": "ε", "zeta": "ζ", "eta": "η", "theta": "θ",
-    "kappa": "κ", "lambda": "λ", "mu": "μ", "nu": "ν", "xi": "ξ", "pi": "π", "rho": "ρ", "sigma": "σ", "tau": "τ",
-    "phi": "φ", "chi": "χ", "psi": "ψ", "omega": "ω", "Delta": "Δ", "Omega": "Ω", "Phi": "Φ", "Psi": "Ψ", "Sigma": "Σ",
-}  # fmt: skip
+_NAMES = (
+    "alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi pi rho sigma tau phi chi psi omega "
+    "Delta Sigma Phi Psi Omega"
+)
+_GREEK = dict(zip(_NAMES.split(), "αβγδεζηθκλμνξπρστφχψωΔΣΦΨΩ", strict=True))
 _TOKEN = re.compile(r"\*\*|[A-Za-z]\w*|\d+\.?\d*(?:[eE][-+]?\d+)?|\s+|.", re.S)
 
 
@@ -38,6 +38,14 @@ def formula(text: str) -> Markup:
         piece, at = _piece(tokens, at)
         out += piece
     return out
+
+
+def prose(text: str) -> Markup:
+    """A sentence with its powers raised; ids in it are read as words: semi_inductance, K(jω)^n."""
+    words = re.sub(r"\b[a-z]{3,}(?:_[a-z]{2,})+\b", lambda m: m[0].replace("_", " "), text)
+    parts = re.split(r"(?:\*\*|\^)(\([^()\s]*\)|[-−]?[\w.]*\w)", words)
+    sup = Markup("<sup>{}</sup>")
+    return Markup("").join(sup.format(p.strip("()")) if k % 2 else p for k, p in enumerate(parts))
 
 
 def _piece(tokens: list[str], at: int) -> tuple[Markup, int]:

@@ -14,7 +14,7 @@ from modelgen.diagnose.verdict import Estimate, Finding, Trace, Verdict
 from modelgen.fit.result import write_atomically
 from modelgen.report import curve as port_curve
 from modelgen.report import plots, words
-from modelgen.report.formula import formula, symbol
+from modelgen.report.formula import formula, prose, symbol
 
 if TYPE_CHECKING:
     from modelgen.recordings import Case
@@ -49,7 +49,7 @@ def page(verdict: Verdict, case: Case | None = None) -> str:
         shown=HYPOTHESES,
         parameters=_parameters(verdict),
         effect_parameters=[[_own(p, e) for p in e.parameters] for e in verdict.effects],
-        same=all(plots.same_model(t) for t in verdict.traces),
+        same=not verdict.effects and all(plots.same_model(t) for t in verdict.traces),
         has_holdout=math.isfinite(verdict.before.holdout_over_noise) or math.isfinite(verdict.before.holdout),
     )
 
@@ -68,17 +68,18 @@ def _template() -> Any:
         undefined=jinja2.StrictUndefined,
     )
     environment.filters.update(
-        number=words.number, percent=words.percent, unit=words.unit_text, words=words.name_of,
-        symbol=symbol, formula=formula, english=words.in_english,
+        number=words.number, short=words.short, percent=words.percent, unit=words.unit_text,
+        words=words.name_of, symbol=symbol, formula=formula, prose=prose, english=words.in_english,
     )  # fmt: skip
     environment.globals["measured"] = words.measured
     return environment.get_template("verdict.html.j2")
 
 
 def rms(white: np.ndarray[Any, Any], outliers: np.ndarray[Any, Any]) -> float:
-    """Root mean square of whitened residuals (channels, n) outside the outliers: 1 where only noise is left."""
+    """Root mean square of whitened residuals (channels, n) without the outliers: 1 if all is noise."""
     kept = white[:, ~outliers]
-    return float(np.sqrt(np.nanmean(np.square(kept)))) if kept.size else math.nan
+    kept = kept[np.isfinite(kept)]
+    return float(np.sqrt(np.mean(np.square(kept)))) if kept.size else math.nan
 
 
 def outside(white: np.ndarray[Any, Any]) -> float:
@@ -91,8 +92,8 @@ def _row(trace: Trace) -> dict[str, Any]:
         "name": trace.name,
         "holdout": trace.role == "holdout",
         "points": len(trace.x),
-        "from": words.number(float(np.nanmin(trace.x))),
-        "to": words.number(float(np.nanmax(trace.x))),
+        "from": words.short(float(np.nanmin(trace.x))),
+        "to": words.short(float(np.nanmax(trace.x))),
         "axis": trace.axis,
         "axis_unit": words.unit_text(trace.axis_unit),
         "before": rms(trace.white_before, trace.outliers),
@@ -141,13 +142,13 @@ def _hypotheses(verdict: Verdict) -> list[dict[str, Any]]:
     return [
         {
             "trial": t,
-            "bar": 100 * min(max(-t.delta_bic / best, 0.0), 1.0) if best > 0 and math.isfinite(t.delta_bic) else 0,
+            "bar": 100 * max(-t.delta_bic / best, 0.0) if best > 0 and math.isfinite(t.delta_bic) else 0.0,
             "chosen": bool(chosen) and set(t.ids) == chosen,
             "stands": bool(chosen) and best + t.delta_bic < NOT_EXCLUDED,
             "behind": best + t.delta_bic,
         }
         for t in trials
-    ]  # fmt: skip
+    ]
 
 
 def _parameters(verdict: Verdict) -> list[dict[str, Any]]:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from modelgen.diagnose.verdict import Mismatch, Trace
 from modelgen.report import svg
-from modelgen.report.axes import dots, fold, folded_ticks, label, log_ticks, wants_log
+from modelgen.report.axes import dots, fold, folded_ticks, label, linear_ticks, log_ticks, wants_log
 from modelgen.report.thin import Array, every, excerpt, extremes
 
 if TYPE_CHECKING:
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LINE_BINS, DOTS, LOOP_POINTS = 350, 900, 900
+# Fixed margins: a layout engine would take as long as all the drawing.
+UPPER = {"left": 0.055, "right": 0.99, "bottom": 0.57, "top": 0.95, "wspace": 0.14}
+LOWER = UPPER | {"bottom": 0.09, "top": 0.42}
 _NAMES = {"N": "force", "N/mm": "stiffness", "N/m": "stiffness", "mm": "displacement", "m": "displacement"}
 
 
@@ -37,17 +40,21 @@ def panels(trace: Trace, name: str = "") -> list[Panel]:
     name = name or ("Z" if trace.unit == "ohm" else _NAMES.get(trace.unit, "output"))
     three = (trace.data, trace.before, trace.after)
     if any(np.iscomplexobj(y) for y in three):
-        phases = _phases(*three)
         modulus = [np.abs(y) for y in three]
         return [
-            Panel(label(f"|{name}|", trace.unit), *modulus, log=wants_log(modulus[0], 5)),
-            Panel(label(f"phase of {name}", "deg"), *phases),
+            _panel(label(f"|{name}|", trace.unit), modulus, log=wants_log(modulus[0], 5)),
+            _panel(label(f"phase of {name}", "deg"), _phases(*three)),
         ]
     if trace.measure == "modulus":
-        return [Panel(label(f"|{name}|", trace.unit), *three, log=wants_log(trace.data, 5))]
+        return [_panel(label(f"|{name}|", trace.unit), three, log=wants_log(trace.data, 5))]
     if trace.measure == "phase":
-        return [Panel(label(f"phase of {name}", trace.unit), *three)]
-    return [Panel(label(name, trace.unit), *three)]
+        return [_panel(label(f"phase of {name}", trace.unit), three)]
+    return [_panel(label(name, trace.unit), three)]
+
+
+def _panel(title: str, values: Sequence[Array], log: bool = False) -> Panel:
+    data, before, after = values
+    return Panel(title, data, before, after, log)
 
 
 def _phases(*values: Array) -> list[Array]:
@@ -71,29 +78,26 @@ def stroke_of(trace: Trace) -> str:
 def recording(
     trace: Trace, mismatch: Iterable[Mismatch] = (), name: str = "", stroke_unit: str = "", key: str = "r"
 ) -> str:
-    """One recording as an SVG: above, data and model before and after; below, the whitened residual of each."""
+    """One recording as an SVG: data and model before and after, and below the whitened residual of each."""
     from matplotlib.figure import Figure
 
     shown = panels(trace, name)
     stroke = stroke_of(trace)
     marks = [m for m in mismatch if m.recording in ("", trace.name)]
     with svg.style():
-        figure = Figure(figsize=(9.6, 4.9), layout="constrained")
-        grid = figure.add_gridspec(2, 12, height_ratios=(1.25, 1), hspace=0.06, wspace=0.12)
+        figure = Figure(figsize=(9.6, 5.0))
         if stroke:
-            split = 7
+            over, loop = figure.subplots(1, 2, gridspec_kw=UPPER | {"width_ratios": (7, 5)})
             stretch = excerpt(trace.inputs[stroke], np.sum(np.square(trace.white_before), axis=0))
-            over = figure.add_subplot(grid[0, :split])
             _curves(over, trace, shown[0], stretch)
             _axis(over, trace, trace.x[stretch], marks)
-            _loop(figure.add_subplot(grid[0, split:]), trace, shown[0], stretch, stroke, stroke_unit, marks)
+            _loop(loop, trace, shown[0], stretch, stroke, stroke_unit, marks)
         else:
-            width = 12 // len(shown)
-            for k, panel in enumerate(shown):
-                axes = figure.add_subplot(grid[0, k * width : (k + 1) * width])
+            upper = figure.subplots(1, len(shown), squeeze=False, gridspec_kw=UPPER)[0]
+            for axes, panel in zip(upper, shown, strict=True):
                 _curves(axes, trace, panel, slice(None))
                 _axis(axes, trace, trace.x, marks)
-        _residuals(figure, grid, trace, marks)
+        _residuals(figure, trace, marks)
         return svg.inline(figure, _spoken(trace, shown), key)
 
 
@@ -115,15 +119,17 @@ def _curves(axes: Axes, trace: Trace, panel: Panel, stretch: slice) -> None:
     if panel.log:
         axes.set_yscale("log")
         log_ticks(axes.yaxis, ys[0])
+    else:
+        linear_ticks(axes.yaxis)
 
 
 def _recorded(axes: Axes, x: Array, y: Array) -> None:
     """Few samples are dots, many a broad pale line under the model's."""
     if len(y) <= 150:
-        dots(axes, x, y, svg.DATA, 4.5)
+        dots(axes, x, y, svg.DATA, 6.0 if len(y) < 30 else 4.5)
     else:
         i = extremes(y, LINE_BINS)
-        axes.plot(x[i], y[i], color=svg.DATA, linewidth=3.6)
+        axes.plot(x[i], y[i], color=svg.DATA, linewidth=4.4)
 
 
 def _line(axes: Axes, x: Array, y: Array, color: str, dashes: tuple[float, ...] = ()) -> None:
@@ -139,6 +145,7 @@ def _axis(axes: Axes, trace: Trace, x: Array, marks: list[Mismatch]) -> None:
         log_ticks(axes.xaxis, x)
     else:
         axes.margins(x=0.02)
+        linear_ticks(axes.xaxis)
     _shade(axes, x, [m for m in marks if m.axis == trace.axis])
 
 
@@ -156,16 +163,18 @@ def _loop(
     z = np.asarray(trace.inputs[stroke])[stretch]
     ys = [np.asarray(y)[stretch] for y in (panel.data, panel.before, panel.after)]
     i = every(len(z), LOOP_POINTS)
-    axes.plot(z[i], ys[0][i], color=svg.DATA, linewidth=3.6, solid_joinstyle="round")
+    axes.plot(z[i], ys[0][i], color=svg.DATA, linewidth=4.4, solid_joinstyle="round")
     if not same_model(trace):
         axes.plot(z[i], ys[1][i], color=svg.BEFORE, linewidth=1.3, dashes=(4, 2))
     axes.plot(z[i], ys[2][i], color=svg.AFTER, linewidth=1.3)
     axes.set_title(f"{panel.title} over {label(stroke, unit)}, same stretch")
     axes.set_xlabel(label(stroke, unit))
+    linear_ticks(axes.xaxis)
+    linear_ticks(axes.yaxis)
     _shade(axes, z, [m for m in marks if m.axis == stroke])
 
 
-def _residuals(figure: Figure, grid: Any, trace: Trace, marks: list[Mismatch]) -> None:
+def _residuals(figure: Figure, trace: Trace, marks: list[Mismatch]) -> None:
     """Whitened residuals on one scale, linear to ±3 and logarithmic beyond, over the bands of ±1 and ±2."""
     whites = [("residual of the model, over the noise", trace.white_after, svg.AFTER)]
     if not same_model(trace):
@@ -173,18 +182,15 @@ def _residuals(figure: Figure, grid: Any, trace: Trace, marks: list[Mismatch]) -
             ("residual before, over the noise", trace.white_before, svg.BEFORE),
             ("residual after", trace.white_after, svg.AFTER),
         ]
-    most = max(float(np.nanmax(np.abs(w), initial=0.0)) for _, w, _ in whites)
-    width = 12 // len(whites)
-    for k, (title, white, color) in enumerate(whites):
-        axes = figure.add_subplot(grid[1, k * width : (k + 1) * width])
+    most = max(float(np.max(np.abs(w), initial=0.0, where=np.isfinite(w))) for _, w, _ in whites)
+    lower = figure.subplots(1, len(whites), squeeze=False, gridspec_kw=LOWER)[0]
+    for axes, (title, white, color) in zip(lower, whites, strict=True):
         _noise_band(axes)
         for c, channel in enumerate(white):
             _residual(axes, trace.x, fold(channel), color, 0.5 if c else 1.0)
         out = np.flatnonzero(trace.outliers)
         out = out[every(len(out), 200)]
-        axes.plot(
-            trace.x[out], fold(white[0][out]), "x", color=svg.MARK, markersize=6, markeredgewidth=1.3
-        )
+        axes.plot(trace.x[out], fold(white[0][out]), "x", color=svg.MARK, markersize=6, markeredgewidth=1.3)
         axes.set_title(title)
         folded_ticks(axes, most)
         _axis(axes, trace, trace.x, marks)
@@ -192,7 +198,7 @@ def _residuals(figure: Figure, grid: Any, trace: Trace, marks: list[Mismatch]) -
 
 def _residual(axes: Axes, x: Array, y: Array, color: str, alpha: float) -> None:
     if len(y) <= DOTS:
-        dots(axes, x, y, color, 2.6, alpha)
+        dots(axes, x, y, color, 5.0 if len(y) < 30 else 2.6, alpha)
     else:
         i = extremes(y, LINE_BINS)
         axes.plot(x[i], y[i], color=color, linewidth=0.7, alpha=alpha)
@@ -201,3 +207,5 @@ def _residual(axes: Axes, x: Array, y: Array, color: str, alpha: float) -> None:
 def _noise_band(axes: Axes) -> None:
     for width in (2, 1):
         axes.axhspan(-width, width, color=svg.BAND, alpha=0.55, linewidth=0, zorder=0)
+    for edge in (-2, -1, 1, 2):  # seen through dense residuals as well
+        axes.axhline(edge, color=svg.INK, linewidth=0.6, alpha=0.6, dashes=(3, 3), zorder=3)

@@ -1,4 +1,4 @@
-"""A matplotlib figure as a small inline SVG whose colours are the page's, so that it follows light, dark and print."""
+"""A matplotlib figure as a small inline SVG in the page's colours, which follow light, dark and print."""
 
 from __future__ import annotations
 
@@ -24,6 +24,9 @@ _VARIABLES = {
 _STYLE = {
     "svg.fonttype": "none",
     "path.simplify": False,
+    "figure.facecolor": "none",
+    "savefig.facecolor": "none",
+    "axes.facecolor": "none",
     "text.parse_math": False,  # a "$" in a unit is no formula
     "font.size": 9.0,
     "axes.titlesize": 9.5,
@@ -59,7 +62,7 @@ def style() -> Iterator[None]:
 
 
 def inline(figure: Figure, label: str, key: str) -> str:
-    """The figure as an `<svg>` element, `label` read out in its place. `key` sets its ids apart on the page."""
+    """The figure as an `<svg>` element; `label` is read out in its place, `key` sets its ids apart."""
     import matplotlib
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
@@ -71,7 +74,7 @@ def inline(figure: Figure, label: str, key: str) -> str:
     box = re.search(r'viewBox="([^"]+)"', text)
     body = text[text.index(">") + 1 :]
     body = re.sub(r"<metadata>.*?</metadata>|<style[^>]*>.*?</style>|<!--.*?-->", "", body, flags=re.S)
-    body = re.sub(r' id="[a-z]+[A-Za-z]*\d*_\d+"', "", body)
+    body = re.sub(r'<g id="[^"]*"', "<g", body)  # nothing refers to groups
     body = _own_ids(body, key)
     body = re.sub(r"font: ([\d.]+px) [^;\"]*", r"font-size: \1", body)
     body = re.sub(r"-?\d+\.\d{3,}", lambda m: f"{float(m[0]):.2f}".rstrip("0").rstrip("."), body)
@@ -90,4 +93,3 @@ def _own_ids(body: str, key: str) -> str:
     """Prefix the ids of clip paths and markers, and all references to them."""
     body = re.sub(r' id="(\w+)"', rf' id="{key}-\1"', body)
     return re.sub(r'(url\(#|href="#)(\w+)', rf"\1{key}-\2", body)
-

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from modelgen.diagnose.verdict import Finding, Rms, Verdict
+from modelgen.fit.result import Estimate
 from modelgen.report import words
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ PARAMETERS = 3  # an effect's parameters that are named in its line
 
 
 def print_verdict(verdict: Verdict, console: Console) -> None:
-    """Print the verdict, what was left out, the fit before and after, and what to record next: up to 30 lines."""
+    """Print the verdict, what was left out, the fit before and after, and what to record next."""
     from rich.text import Text
 
     style = "bold green" if verdict.adequate else "bold yellow"
@@ -44,12 +45,14 @@ def _effects(effects: tuple[Finding, ...]) -> Table:
     table = _table("left out", "port", "probability", "parameters")
     table.columns[-1].justify = "left"
     for e in effects:
-        shown = [
-            f"{p.name.removeprefix(f'{e.id}_')} = {words.measured(p.value, p.std)} {words.unit_text(p.unit)}".rstrip()
-            for p in e.parameters[:PARAMETERS]
-        ]
+        shown = [_parameter(p, e) for p in e.parameters[:PARAMETERS]]
         table.add_row(*(Text(x) for x in (e.id, e.port, words.percent(e.probability), "\n".join(shown))))
     return table
+
+
+def _parameter(p: Estimate, effect: Finding) -> str:
+    name = p.name.removeprefix(f"{effect.id}_")
+    return f"{name} = {words.measured(p.value, p.std)} {words.unit_text(p.unit)}".rstrip()
 
 
 def _fits(verdict: Verdict) -> Table:

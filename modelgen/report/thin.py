@@ -31,7 +31,7 @@ def every(n: int, most: int) -> Array:
 
 
 def excerpt(signal: Array, misfit: Array, cycles: float = 3.0, fewest: int = 60) -> slice:
-    """About three cycles of `signal` (n,) around where the squared `misfit` (n,) is greatest; all of it if it is short.
+    """About three cycles of `signal` (n,) around where the squared `misfit` (n,) is greatest; all if short.
 
     A cycle is the record over its number of upward crossings of the mean.
     """

@@ -37,6 +37,13 @@ def number(x: float, digits: int = 3) -> str:
     return f"{_minus(f'{x / 10.0**exponent:.{digits - 1}f}')}·10{superscript(exponent)}"
 
 
+def short(x: float) -> str:
+    """`x` with up to four significant digits and no trailing zeros, for ranges and known constants."""
+    shown = number(x, 4)
+    head, dot, rest = shown.partition("·")
+    return (head.rstrip("0").rstrip(".") if "." in head else head) + dot + rest
+
+
 def measured(value: float, std: float) -> str:
     """Value and standard deviation to its last two figures: 0.3834 ± 0.0012, (1.20 ± 0.03)·10⁻⁵."""
     if not math.isfinite(value):
@@ -85,8 +92,9 @@ def headline(verdict: Verdict) -> str:
         return "The model misses these recordings, and no hypothesis explains how"
     known = [name_of(e.id) for e in verdict.effects if not is_unknown(e)]
     ports = [e.port for e in verdict.effects if is_unknown(e)]
-    unknown = [f"physics at the {in_english(ports)} port that no catalogued effect describes"] if ports else []
-    return f"Left out: {in_english([*known, *unknown])}"
+    if ports:
+        known.append(f"physics at the {in_english(ports)} port that no catalogued effect describes")
+    return f"Left out: {in_english(known)}"
 
 
 def summary(verdict: Verdict) -> str:
@@ -95,11 +103,12 @@ def summary(verdict: Verdict) -> str:
         return verdict.summary
     before, after = verdict.before.fit_over_noise, verdict.after.fit_over_noise
     if verdict.adequate:
-        return f"The model fits the recordings to {number(before)} times the noise. Nothing more can be told from them."
+        return f"The model fits to {number(before)} times the noise. The recordings tell no more than that."
     rest = f"The misfit is {number(before)} times the noise"
     if not verdict.effects:
         return f"{rest}. None of the hypotheses that were tried takes it away."
-    return f"{' '.join(e.says.rstrip('.') + '.' for e in verdict.effects)} {rest}, and {number(after)} times with it."
+    said = " ".join(e.says.rstrip(".") + "." for e in verdict.effects)
+    return f"{said} {rest}, and {number(after)} times with it."
 
 
 def joint_probability(verdict: Verdict) -> float:
