@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -13,21 +14,30 @@ FUNCTION = {"fmin": "mg_min", "fmax": "mg_max", "sign": "mg_sign"}
 ATOM, LONGEST = 9, 72
 
 RESERVED = frozenset((
-    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern",
-    "float", "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short",
-    "signed", "sizeof", "static", "struct", "switch", "typedef", "union", "unsigned", "void", "volatile",
-    "while", "n", "i", "b", "l", "k", "in", "p", "stride", "work", "out", "jac", "data", "weight", "acc",
-    "theta", "nset", "ssq", "jtj", "jtr", "lanes", "step", "gamma", "y0", "y1", "yn", "j0", "j1", "jn", "exp",
-    "log", "pow", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "sqrt",
-    "fabs", "floor", "ceil", "fmod", "hypot", "erf", "lgamma", "tgamma", "expm1", "log1p", "signgam", "time",
-    "index", "div", "abs", "labs", "remove", "rename", "round", "trunc", "rint", "fmin", "fmax", "fma",
-    "significand", "drem", "scalb", "main", "NULL", "EOF", "size_t", "NAN", "INFINITY", "nan", "inf",
+    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum",
+    "extern", "float", "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return",
+    "short", "signed", "sizeof", "static", "struct", "switch", "typedef", "union", "unsigned", "void",
+    "volatile", "while", "n", "i", "b", "l", "k", "in", "p", "stride", "work", "out", "jac", "data",
+    "weight", "acc", "theta", "nset", "ssq", "jtj", "jtr", "lanes", "step", "gamma", "y0", "y1", "yn", "j0",
+    "j1", "jn", "exp", "log", "pow", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh",
+    "tanh", "sqrt", "fabs", "floor", "ceil", "fmod", "hypot", "erf", "lgamma", "tgamma", "expm1", "log1p",
+    "signgam", "time", "index", "div", "abs", "labs", "remove", "rename", "round", "trunc", "rint", "fmin",
+    "fmax", "fma", "significand", "drem", "scalb", "main", "NULL", "EOF", "size_t", "NAN", "INFINITY",
+    "nan", "inf", "q", "set", "sum", "normal", "x", "lo", "hi", "at", "newton", "inside", "next", "before",
+    "sign", "residual", "slope", "cbrt", "exp2", "log2", "log10", "asinh", "acosh", "atanh", "erfc",
+    "nearbyint", "fdim", "copysign", "isnan", "isinf", "isfinite", "signbit", "fpclassify", "HUGE_VAL",
+    "errno", "linux", "unix", "asm",
 ))  # fmt: skip
 
 
+# what the templates and the printer name themselves
+_OURS = re.compile(r"mg_.*|MG_.*|solve_.*|_.*|[est]\d+|j\d+_\d+|.*_next")
+
+
 def c_name(name: str) -> str:
-    """A name of the model as a C identifier that takes nothing over."""
-    return f"{name}_" if name in RESERVED or name.startswith("mg_") or name.startswith("_") else name
+    """A name of the model as a C identifier that takes nothing over; different names stay different."""
+    base = name.rstrip("_")
+    return f"{name}_" if base in RESERVED or _OURS.fullmatch(base) else name
 
 
 def number(value: float) -> str:
@@ -68,12 +78,11 @@ class Printer:
             ):
                 continue
             name = self._fresh(c_name(label[0]) if label else f"t{at}")
-            comment = (
-                f"  /* {_ascii(label[1])} */" if label and label[1] and label[1] not in self.comments else ""
-            )
+            says = label[1] if label and label[1] not in self.comments else ""
+            remark = f"  /* {comment(says)} */" if says else ""
             if label:
                 self.comments.add(label[1])
-            out.append(f"const {'mg_complex' if is_pair else 'double'} {name} = {text};{comment}")
+            out.append(f"const {'mg_complex' if is_pair else 'double'} {name} = {text};{remark}")
             self.names[at] = name
         return out
 
@@ -143,8 +152,12 @@ class Printer:
         return f"({self.value(at)} != 0.0)"
 
 
-def _ascii(text: str) -> str:
-    """Comment text in C's basic characters, so that any compiler reads the file."""
+_PLAIN = {"−": "-", "·": "*", "²": "^2", "³": "^3", "–": "-", "ω": "omega", "√": "sqrt", "π": "pi", "′": "'"}
+
+
+def comment(text: str) -> str:
+    """Text for a C comment: basic characters, which any compiler reads, and nothing that could end the
+    comment."""
     table = {
         "−": "-",
         "·": "*",
@@ -156,11 +169,6 @@ def _ascii(text: str) -> str:
         "π": "pi",
         "′": "'",
     }
-    text = (
-        "".join(table.get(ch, ch) for ch in text)
-        .replace("*/", "* /")
-        .replace("/*", "/ *")
-        .replace("\\", "/")
-        .replace("\n", " ")
-    )
-    return text.encode("ascii", "replace").decode()
+    text = " ".join("".join(table.get(ch, ch) for ch in text).split()).replace("\\", "/")
+    text = text.encode("ascii", "replace").decode()
+    return text.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?")

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from modelgen.codegen.emit import LANES, Source
+from modelgen.codegen.emit import Source
+from modelgen.codegen.loops import LANES
 from modelgen.errors import InputError, did_you_mean
 from modelgen.language import Model
 
@@ -146,7 +147,7 @@ class Function:
         sampled, shape = complete_inputs(model, {n: given[n] for n in inputs if n in given})
         return sampled, np.array([float(v) for v in values.values()]), shape
 
-    def prepare(self, **given: Any) -> Prepared:
+    def prepare(self, /, **given: Any) -> Prepared:
         """Make a recording (inputs, values of parameters by name) ready for many evaluations."""
         inputs, p, _ = self._arguments(given)
         arrays = tuple(inputs.values())
@@ -194,19 +195,19 @@ class Function:
             )
         return values, slopes, shape
 
-    def __call__(self, **given: Any) -> Any:
+    def __call__(self, /, **given: Any) -> Any:
         """Outputs at the inputs' shape: one array, or a tuple when several real outputs are declared."""
         values, _, shape = self._evaluate(given, jacobian=False)
         shaped = [v.reshape(shape) for v in values]
         return shaped[0] if len(shaped) == 1 else tuple(shaped)
 
-    def jacobian(self, **given: Any) -> Any:
+    def jacobian(self, /, **given: Any) -> Any:
         """d(output)/d(parameter) with one column, last, for each of `wrt`: shape (..., len(wrt))."""
         _, slopes, shape = self._evaluate(given, jacobian=True)
         shaped = [s.T.reshape(*shape, len(self.wrt)) for s in slopes]
         return shaped[0] if len(shaped) == 1 else tuple(shaped)
 
-    def all(self, **given: Any) -> dict[str, Array]:
+    def all(self, /, **given: Any) -> dict[str, Array]:
         """Every equation of the model by name."""
         inputs, p, shape = self._arguments(given)
         arrays = tuple(inputs.values())

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from modelgen.codegen.ctext import Printer, c_name
-from modelgen.codegen.program import Program, Root, Sample
+from modelgen.codegen.program import Program, Root, Sample, sensitivity
 from modelgen.codegen.real import operations
 from modelgen.codegen.split import Complex, Pair
 
@@ -79,7 +79,7 @@ class Stages:
         self.inputs = [i.name for i in program.model.inputs]
         self.parameters = [p.name for p in program.model.scalar_parameters]
         self.state_names = [s.name for s in program.model.states]
-        self.sensitivity_names = [f"d_{n}_{d}" for n, d in program.step.sensitivities]
+        self.sensitivity_names = [sensitivity(n, d) for n, d in program.step.sensitivities]
         possible = ("complex", "modulus", "phase") if any(program.complex_outputs) else ("real",)
         self.measures = tuple(m for m in possible if measures is None or m in measures)
         self.channels = {m: channels(program, program.step, m) for m in self.measures}
@@ -206,9 +206,7 @@ class Stages:
         if self.batch:
             loads = self._inputs(printer, need)
         for n in (*self.state_names, *self.sensitivity_names):
-            printer.names[graph.input(n)] = (
-                printer._fresh(c_name(n)) if c_name(n) not in printer.taken else c_name(n)
-            )
+            printer.names[graph.input(n)] = printer._fresh(c_name(n.replace(" ", "_")))
         body = loads + printer.lines(
             [a for a in need if masks[a] & (SAMPLE | STATE) and a not in place], roots
         )
@@ -272,7 +270,8 @@ class Stages:
     def _place_name(self, printer: Printer, graph: object, at: int) -> str:
         label = printer.graph.labels.get(at)
         node = printer.graph.nodes[at]
-        name = printer._fresh(c_name(str(node.data) if node.op == "in" else label[0] if label else f"s{at}"))
+        known = str(node.data) if node.op == "in" else label[0] if label else ""
+        name = printer._fresh(c_name(known) if known else f"s{at}")
         printer.names[at] = name
         return name
 

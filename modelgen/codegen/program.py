@@ -57,6 +57,11 @@ class Program:
     roots: tuple[Root, ...]
 
 
+def sensitivity(state: str, direction: int) -> str:
+    """What the derivative of a state is called in a graph: by a name that no model can use."""
+    return f"d {state} {direction}"
+
+
 def build_program(model: Model, wrt: Sequence[str]) -> Program:
     """Lower `model` with derivatives by the scalar parameters `wrt`.
 
@@ -79,7 +84,7 @@ def _sample(low: Lowering, pattern: dict[str, set[int]] | None) -> Sample:
         **low.inputs,
         **low.parameters,
         **low.old,
-        **{f"d_{n}_{d}": x for (n, d), x in low.sensitivities.items()},
+        **{sensitivity(n, d): x for (n, d), x in low.sensitivities.items()},
     }
     reader = _Reader(graph, low.translator, named, low.plain)
     outputs = primary_outputs(low.model)

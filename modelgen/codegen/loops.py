@@ -1,0 +1,99 @@
+"""C functions around a loop over samples: what all kernels share."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from modelgen.codegen.kernels import Region, Stages
+
+LANES = 8
+"""Samples that the loops take at once; arrays are padded to a multiple of it."""
+
+Stores = Callable[[Region], list[str]]
+"""Given a region, the lines that store or sum its results."""
+
+SIZES = "const size_t n, const size_t stride"
+
+SAYS = {"complex": "Re and Im", "modulus": "Modulus", "phase": "Phase in degrees", "real": "All real outputs"}
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A C function: its name after the prefix, comment, signature and body; `operations` per sample."""
+
+    name: str
+    comment: str
+    signature: str
+    code: str
+    operations: int
+
+
+def indent(lines: Sequence[str], depth: int) -> str:
+    return textwrap.indent("\n".join(lines), "    " * depth)
+
+
+def join(lines: Sequence[str]) -> list[str]:
+    return [line for block in lines for line in block.split("\n") if line.strip()]
+
+
+def make_kernel(
+    stages: Stages,
+    prefix: str,
+    name: str,
+    says: str,
+    first: str,
+    ends: str,
+    lines: list[str],
+    operations: int,
+    gives: str = "void",
+) -> Kernel:
+    data = (
+        "const double *const *restrict in"
+        if stages.batch
+        else "const double *restrict work, const double *restrict p"
+    )
+    names = ("n", "stride", "in") if stages.batch else ("n", "stride", "work", "p")
+    text = "\n".join(lines)
+    unused = [f"(void){x};" for x in names if not re.search(rf"\b{x}\b", text)]
+    code = indent(join([*unused, *lines]), 1)
+    return Kernel(
+        name, f"/* {says} */", f"{gives} {prefix}_{name}({first}{SIZES}, {data}{ends})", code, operations
+    )
+
+
+def loop(stages: Stages, measure: str, jacobian: bool, region: Region, stores: Stores) -> list[str]:
+    """The loop over samples with `stores` at its end; time models get their first sample and their states."""
+    if not stages.program.model.states:
+        end = "n" if stages.batch else "stride"
+        body = indent([*region.body, *stores(region)], 1)
+        return [*region.setup, f"for (size_t i = 0; i < {end}; ++i) {{", body, "}"]
+    return march(region, stages.initial(measure, jacobian), stores)
+
+
+def march(region: Region, first: Region, stores: Stores) -> list[str]:
+    """First sample with the initial states, then one step a sample."""
+    declare = [f"double {n} = 0.0;" for n in region.state_names]
+    start = [f"{n} = {v};" for n, v in zip(region.state_names, first.state_values, strict=True)]
+    return [
+        *declare,
+        "{",
+        "    const size_t i = 0;",
+        indent([*first.setup, *first.body, *stores(first), *start], 1),
+        "}",
+        *region.setup,
+        "for (size_t i = 1; i < n; ++i) {",
+        indent([*region.body, *stores(region), *_advance(region)], 1),
+        "}",
+    ]
+
+
+def _advance(region: Region) -> list[str]:
+    """New states, all computed before any is overwritten."""
+    pairs = [(n, v) for n, v in zip(region.state_names, region.state_values, strict=True) if n != v]
+    olds = {n for n, _ in pairs}
+    if not any(set(re.findall(r"\w+", v)) & olds for _, v in pairs):
+        return [f"{n} = {v};" for n, v in pairs]
+    return [*(f"const double {n}_next = {v};" for n, v in pairs), *(f"{n} = {n}_next;" for n, _ in pairs)]
