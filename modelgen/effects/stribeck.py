@@ -5,7 +5,7 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values
+from modelgen.effects.effect import Effect, Shape, Strength, Values, at_start
 from modelgen.language import Abs, Equation, Model, Port, State, exp
 
 
@@ -22,7 +22,7 @@ def _falling_level(model: Model, port: Port, p: Values) -> Model:
     )
     held = Symbol("stribeck_g_last", real=True)
     before = Equation(g_prev.name, held, text="level at the sample before")
-    last = State(held.name, level.expr, g, text="level, kept for the next sample")
+    last = State(held.name, at_start(model, level.expr), g, text="level, kept for the next sample")
     first = [s.name for s in model.statements].index(slip)
     new = (level, before, last)
     model = replace(model, statements=(*model.statements[:first], *new, *model.statements[first:]))
