@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
 
@@ -45,12 +46,13 @@ def _gain(tangent: Tangent, columns: Array, n: int, price: float = 0.0) -> tuple
     keep = size > 1e-6 * np.linalg.norm(columns, axis=0)
     if not keep.any():
         return 0.0, 0.0
-    u, s, _ = np.linalg.svd(rest[:, keep] / size[keep], full_matrices=False)
-    u = u[:, s > 1e-6 * s[0]]
-    explained = float(np.sum((u.T @ tangent.r) ** 2))
-    total = float(tangent.r @ tangent.r)
-    share = min(explained / total, 1 - 1e-12)
-    return -n * float(np.log1p(-share)) - u.shape[1] * float(np.log(n)) - price, explained
+    unit = rest[:, keep] / size[keep]
+    values, vectors = np.linalg.eigh(unit.T @ unit)
+    good = values > 1e-10 * values[-1]
+    part = (vectors.T @ (unit.T @ tangent.r))[good]
+    explained = float(np.sum(part**2 / values[good]))
+    share = min(explained / float(tangent.r @ tangent.r), 1 - 1e-12)
+    return -n * float(np.log1p(-share)) - int(good.sum()) * float(np.log(n)) - price, explained
 
 
 # -- frequency ---------------------------------------------------------------------------------------------------
@@ -170,12 +172,10 @@ def _groups() -> list[tuple[str, str, object]]:
             yield _play(z, g)
 
     def memory(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
-        from scipy.signal import lfilter
-
         step = float(np.median(np.diff(t)))
         for tau in np.geomspace(3 * step, max((t[-1] - t[0]) / 2, 6 * step), 7):
             a = np.exp(-step / tau)
-            yield lfilter([1 - a], [1, -a], z - z[0])
+            yield np.array(list(accumulate((z - z[0]).tolist(), lambda y, x, a=a: a * y + (1 - a) * x)))
 
     def shown(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
         yield from (F**k for k in range(2, 6))

@@ -48,12 +48,20 @@ class Tangent:
         return rest - self.q @ (self.q.T @ rest)
 
 
-def score(h: Hypothesis, base: Hypothesis, theta: Array, tangent: Tangent, whiteners: Sequence[Whitener], keep: int = 3) -> Score:
-    """Score test of the last effect of `h` over the grid of its shapes, at the base's fit."""
+def score(
+    h: Hypothesis,
+    base: Hypothesis,
+    theta: Array,
+    tangent: Tangent,
+    whiteners: Sequence[Whitener],
+    keep: int = 3,
+    points: Sequence[Mapping[str, float]] | None = None,
+) -> Score:
+    """Score test of the last effect of `h` over the grid of its shapes (or at `points`), at the base's fit."""
     a = h.added[-1]
     tries: list[tuple[float, Mapping[str, float]]] = []
     blind = True
-    for point in a.grid():
+    for point in a.grid() if points is None else points:
         gain, values = _secant(h, base, theta, tangent, whiteners, point) if a.effect.secant else _slope(h, base, theta, tangent, whiteners, point)
         if gain is None:
             continue

@@ -20,6 +20,8 @@ ALARM = 10.0
 """ΔBIC that an effect must gain to be claimed: with thirty candidates a false alarm in less than one of a hundred."""
 CLOSE = 10.0
 """ΔBIC within which the data do not exclude a hypothesis."""
+SLACK = 1.5
+"""A refit may gain this many times what the score promised at first order."""
 MOST = 3
 """Effects in one verdict."""
 COLOUR_TIME, COLOUR_SWEEP = 12, 3
@@ -137,9 +139,14 @@ def _grow(s: Setting, base: Fit, judge: Judge, beam: Sequence[Fit], scores: Sequ
         for x in scores:
             if x.addition.id in f.ids or x.blind:
                 continue
-            again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, keep=1)
-            if again.starts and again.gain > ALARM:
-                wanted.append((again.gain - 0.5 * f.bic + 0.5 * beam[0].bic, f, x, dict(again.starts[0][1])))
+            shapes = {f"{x.addition.id}_{q.name}" for q in x.addition.effect.shapes}
+            if x.addition.effect.secant:
+                shapes |= set(x.addition.strengths)
+            points = [{k: v for k, v in values.items() if k in shapes} for _, values in x.starts]
+            again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 1, points)
+            reach = f.bic - SLACK * again.gain - beam[0].bic
+            if again.starts and reach < -ALARM:
+                wanted.append((-reach, f, x, dict(again.starts[0][1])))
     wanted.sort(key=lambda w: -w[0])
     chosen: dict[frozenset[tuple[str, str, int]], tuple[Fit, Score, dict[str, float]]] = {}
     for _, f, x, values in wanted:

@@ -145,6 +145,22 @@ class Experiment:
             js.append(full.reshape(-1, size))
         return np.concatenate(rs), np.concatenate(js)
 
+    def normal(self, theta: Array, whiteners: Sequence[Whitener] | None = None) -> tuple[float, Array, Array]:
+        """r·r, Jᵀr (p,) and JᵀJ (p, p) of the whitened residual, without the whole Jacobian."""
+        size = len(self.layout.names)
+        total, g, A = 0.0, np.zeros(size), np.zeros((size, size))
+        for k, s in enumerate(self.series):
+            out, jac = self.prepared[k].jacobian(self.local(theta, k), s.measure)
+            rows = list(s.rows)
+            w = whiteners[k] if whiteners else s.whitener
+            r, white = w.apply(_difference(out[rows], s)), w.apply(jac[rows])
+            at = self.layout.place[k]
+            for e, j in zip(r, white, strict=True):
+                total += float(e @ e)
+                np.add.at(g, at, j @ e)
+                np.add.at(A, np.ix_(at, at), j @ j.T)
+        return total, g, A
+
     def problem(self, start: Array | None = None, whiteners: Sequence[Whitener] | None = None) -> Problem:
         """The least-squares problem for any optimiser."""
         p = self.layout.parameters
@@ -155,6 +171,7 @@ class Experiment:
             np.array(begin) if start is None else np.clip(begin, low, high),
             residual=lambda t: np.concatenate([w.ravel() for w in self.whitened(t, whiteners)]),
             linearise=lambda t: self.linearised(t, whiteners),
+            normal=lambda t: self.normal(t, whiteners),
             objective_batch=self._batch(whiteners),
             n_data=sum(s.data.size for s in self.series),
         )  # fmt: skip

@@ -39,9 +39,10 @@ class Whitener:
         if self.root is not None:
             white = white @ self.root.T
         if self.ar is not None:
-            from scipy.signal import lfilter
-
-            white = lfilter(self.ar, [1.0], white, axis=-1)
+            filtered = self.ar[0] * white
+            for lag, a in enumerate(self.ar[1:], 1):
+                filtered[..., lag:] += a * white[..., :-lag]
+            return np.asarray(filtered)
         return white
 
     def scaled(self, factor: float) -> Whitener:
