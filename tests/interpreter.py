@@ -1,4 +1,5 @@
-"""A plain reading of models: their statements one after the other, in Python. Shares no code with code generation."""
+"""A plain reading of models: their statements one after the other, in Python. Shares no code with code
+generation."""
 
 from __future__ import annotations
 
@@ -90,6 +91,7 @@ class Reading:
         roots = []
         for k, (a, b) in enumerate(zip(*ends, strict=True)):
             here = {n: x[k] if np.ndim(x) else x for n, x in env.items()}
-            g = lambda u, here=here: float(self.value(s.residual, here | {s.name: u}))  # noqa: E731
-            roots.append(brentq(g, a, b, xtol=1e-15, rtol=1e-14))
+            roots.append(
+                brentq(lambda u, e=here: float(self.value(s.residual, e | {s.name: u})), a, b, xtol=1e-15)
+            )
         return np.reshape(roots, shape)

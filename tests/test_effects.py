@@ -1,4 +1,5 @@
-"""The catalogue: what effects are at null, what they do beyond it, and whether their laws are those they are named for."""
+"""The catalogue: what effects are at null, what they do beyond it, and whether their laws are those they
+are named for."""
 
 from __future__ import annotations
 
@@ -10,20 +11,24 @@ import numpy as np
 import pytest
 from interpreter import Reading
 
-from modelgen.effects import CATALOGUE, FAMILIES, Effect, family
+from modelgen.effects import CATALOGUE, FAMILIES, Effect, family, load_effects, search_range
 from modelgen.effects.effect import Shape
+from modelgen.errors import InputError
 from modelgen.language import Model, Port
 from modelgen.models import load
 
-CONTRACT = """contact_damping structural_damping power_law_viscoelasticity maxwell_branch cubic_stiffness
-asymmetric_stiffness payne_softening stress_softening quadratic_damping inertia second_dahl_element stribeck_friction
-dahl_exponent backlash end_stop magnetic_pull offset_drift temperature_drift sensor_delay force_sensor_lag
-semi_inductance eddy_shunt coil_capacitance coil_ac_resistance leakage_inductance permeability_relaxation second_mode
-distributed_rod radiation_load contact_compliance""".split()
+CONTRACT = (
+    "contact_damping", "structural_damping", "power_law_viscoelasticity", "maxwell_branch",
+    "cubic_stiffness", "asymmetric_stiffness", "payne_softening", "stress_softening", "quadratic_damping",
+    "inertia", "second_dahl_element", "stribeck_friction", "dahl_exponent", "backlash", "end_stop",
+    "magnetic_pull", "offset_drift", "temperature_drift", "sensor_delay", "force_sensor_lag",
+    "semi_inductance", "eddy_shunt", "coil_capacitance", "coil_ac_resistance", "leakage_inductance",
+    "permeability_relaxation", "second_mode", "distributed_rod", "radiation_load", "contact_compliance",
+)  # fmt: skip
 IMPEDANCE = "electrodynamic_transducer"
 MODELS = (IMPEDANCE, "magnetostrictive_transducer", "complex_stiffness", "modified_dahl")
 
-t = np.linspace(0, 2, 401)
+t = np.linspace(0, 1, 201)
 f = np.geomspace(20, 5000, 60)
 
 
@@ -56,6 +61,9 @@ def inputs(model: str) -> dict[str, np.ndarray]:
 CASES = [(m, e, p) for m in MODELS for e in CATALOGUE for p in e.fits(load(m))]
 NAMES = [f"{m}-{e.id}-{p.kind}-{e.strengths[0].name}" for m, e, p in CASES]
 SHAPES = {
+    "v_h": 2.0,
+    "A_c": 0.5,
+    "z_2": 0.3,
     "n": 0.6,
     "a": 0.6,
     "alpha": 0.4,
@@ -159,3 +167,82 @@ def test_all_effects_compose() -> None:
         old = outputs(load(m), base(m)[1])
         new = outputs(model, Reading(model)(inputs(m), **done))
         assert np.allclose(new, old, rtol=1e-11, atol=1e-12 * np.abs(old).max()), m
+
+
+# -- effects of the user's own -------------------------------------------------------------------------------
+
+OWN = """
+from modelgen.effects import Effect, Strength
+from modelgen.effects.effect import add
+
+half_power = Effect(
+    "half_power_damping", ("force",), "drag with the root of speed", "nobody yet",
+    (Strength("c", "{port}"),),
+    add(lambda at, p: p["c"] * at["z"] / 7),
+    needs=("z",),
+)
+both = (half_power,)
+"""
+
+
+def test_a_users_file_gives_effects(tmp_path: Any) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(OWN.replace('"{port}"', '"{port}/{z}"'))
+    (mine,) = load_effects(file)
+    assert mine.id == "half_power_damping"
+    assert [e.id for e in load_effects(f"{file}:both")] == [mine.id]
+    model = load("modified_dahl")
+    new = mine.extend(replace(model, checked=False), mine.fits(model)[0])
+    assert new.parameter("half_power_damping_c").unit == "N/mm"
+    assert load_effects("mine.py", tmp_path)[0].id == mine.id
+
+
+def test_what_is_wrong_with_a_users_file_is_said_in_one_line(tmp_path: Any) -> None:
+    (tmp_path / "none.py").write_text("x = 1\n")
+    (tmp_path / "broken.py").write_text("x = 1\ny = (\n")
+    (tmp_path / "fails.py").write_text("\nx = 1 / 0\n")
+    (tmp_path / "mine.py").write_text(OWN)
+    for spec, says in {
+        "gone.py": "no file 'gone.py'",
+        "mine.txt": "'mine.txt' is no file with effects",
+        "none.py": "'none.py' has no effect in it",
+        "broken.py": "broken.py, line 2",
+        "fails.py": "fails.py, line 2: ZeroDivisionError",
+        "mine.py:half_pwer": "'mine.py' has no 'half_pwer', did you mean 'half_power'?",
+        "mine.py:add": "'add' in 'mine.py' is of type function, wanted an Effect",
+    }.items():
+        with pytest.raises(InputError) as why:
+            load_effects(spec, tmp_path)
+        assert str(why.value).startswith(says) and "\n" not in str(why.value)
+
+
+def test_a_wrong_unit_in_a_users_effect_is_found(tmp_path: Any) -> None:
+    (tmp_path / "mine.py").write_text(OWN)
+    (mine,) = load_effects("mine.py", tmp_path)
+    model = replace(load("modified_dahl"), checked=False)
+    with pytest.raises(InputError, match=r"F_r.*can't be added"):
+        mine.extend(model, mine.fits(model)[0])
+
+
+def test_search_ranges_follow_the_recordings() -> None:
+    scales = {"omega": [100.0, 1e4], "port": [50.0, 80.0]}
+    e = next(e for e in CATALOGUE if e.id == "distributed_rod")
+    assert search_range(e.strengths[0], scales) == pytest.approx((0.3 * 50e-8, 30 * 50e-8))
+    assert search_range(Shape("w", "rad/s", "omega", 0.5, 2.0), scales) == (50.0, 2e4)
+    assert search_range(Shape("c", "m/N", "1/(omega*port)", 1.0, 1.0), scales) == pytest.approx(
+        (1 / 8e5, 1 / 5e3)
+    )
+    assert search_range(Shape("n", "1", "1", 0.3, 0.9), {}) == (0.3, 0.9)
+    with pytest.raises(KeyError, match="speed"):
+        search_range(Shape("v", "mm/s", "speed", 0.1, 1.0), scales)
+
+
+def test_ports_are_taken_in_order_of_preference_and_by_what_they_offer() -> None:
+    model = load(IMPEDANCE)
+    damping = next(e for e in CATALOGUE if e.id == "contact_damping" and "stiffness" in e.kinds)
+    assert [p.kind for p in damping.fits(model)] == ["mechanical_impedance"]
+    rest = replace(model, ports=tuple(p for p in model.ports if p.kind != "mechanical_impedance"))
+    assert [p.kind for p in damping.fits(rest)] == ["stiffness"]
+    bare = replace(model, ports=tuple(replace(p, variables=()) for p in model.ports))
+    assert damping.fits(bare) == ()
+    assert not any(e.fits(load("contact_damping")) for e in CATALOGUE if e.needs)

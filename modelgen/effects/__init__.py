@@ -19,8 +19,8 @@ FAMILIES: dict[str, tuple[str, ...]] = {
 """Effects that one kind of recording can often not tell apart; all others stand alone."""
 
 _WHERE = {
-    "CATALOGUE": "catalogue", "Effect": "effect", "Shape": "effect", "Strength": "effect", "search_range": "effect",
-    "load_effects": "load",
+    "CATALOGUE": "catalogue", "Effect": "effect", "Shape": "effect", "Strength": "effect",
+    "search_range": "effect", "load_effects": "load",
 }  # fmt: skip
 
 __all__ = ["CATALOGUE", "FAMILIES", "Effect", "Shape", "Strength", "family", "load_effects", "search_range"]

@@ -12,9 +12,11 @@ MOTION = ("z", "v", "z_prev", "z_turn")
 
 
 def moved(model: Model, port: Port, between: tuple[Any, ...], motion: dict[str, Any]) -> Model:
-    """The model in which the equations of the port's `motion` have new expressions, after the statements `between`.
+    """The model in which the equations of the port's `motion` have new expressions, after the statements
+    `between`.
 
-    What they were keeps its expression under the name <name>_<count>, which `motion` and `between` are written in.
+    What they were keeps its expression under the name <name>_<count>, which `motion` and `between` are
+    written in.
     """
     names = {port[k].name: inner(model, port, k).name for k in MOTION}
     statements = [replace(s, name=names[s.name]) if s.name in names else s for s in model.statements]
@@ -31,7 +33,8 @@ def inner(model: Model, port: Port, key: str) -> Symbol:
 
 
 def _within(x: Any, g: Any) -> Any:
-    """x held within ±g. Not by Max and Min, whose derivatives at g = 0 would depend on the order of their arguments."""
+    """x held within ±g. Not by Max and Min, whose derivatives at g = 0 would depend on the order of their
+    arguments."""
     return Piecewise((g, x > g), (-g, x < -g), (x, True))
 
 
@@ -94,7 +97,8 @@ def _stop(side: int) -> Effect:
     return Effect(
         "end_stop",
         ("force",),
-        f"beyond a certain displacement a stop at the {end} end comes into contact: another spring acts, on one side only",
+        f"beyond a certain displacement a stop at the {end} end comes into contact: another spring acts, "
+        f"on one side only",
         "S. W. Shaw, P. J. Holmes, J. Sound Vib. 90 (1983) 129",
         (Strength(f"k_{end}", "{port}/{z}", text="stiffness of the contact"),),
         add(lambda at, p: side * p[f"k_{end}"] * Max(0, side * (at["z"] - p[f"z_{end}"]))),

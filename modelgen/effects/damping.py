@@ -71,7 +71,8 @@ power_law_damping = Effect(
     "power_law_damping",
     ("force",),
     "the dashpot shear-thins: its force grows with a power of speed below one",
-    "N. Makris, M. C. Constantinou, J. Struct. Eng. 117 (1991) 2708; J. C. Dixon, The Shock Absorber Handbook (2007)",
+    "N. Makris, M. C. Constantinou, J. Struct. Eng. 117 (1991) 2708; J. C. Dixon, The Shock Absorber "
+    "Handbook (2007)",
     (Strength("c_n", "{port}", text="force at unit speed"),),
     _power_law_damping,
     (

@@ -15,7 +15,8 @@ SETTLES = Shape(
 
 
 def _settling(id: str, model: Model, port: Port, p: Values, change: Any) -> Model:
-    """The port's quantity x becomes change(x, s), where s grows from 0 as the time since the start, and settles at τ."""
+    """The port's quantity x becomes change(x, s), where s grows from 0 as the time since the start, and
+    settles at τ."""
     start = State(
         f"{id}_t_0", port["t"], Symbol(f"{id}_t_0", real=True), unit="s", text="time of the first sample"
     )
@@ -49,7 +50,8 @@ temperature_drift = Effect(
 
 
 def _in_order(model: Model, port: Port, settled: Parameter, change: Any) -> Model:
-    """The port's quantity x becomes change(x, s), where s counts the samples of the sweep as recorded, and settles."""
+    """The port's quantity x becomes change(x, s), where s counts the samples of the sweep as recorded, and
+    settles."""
     n = State("sample", 0, Symbol("sample", real=True) + 1, text="samples since the start of the record")
     s = settled * (1 - exp(-n / settled))
     counted = () if any(q.name == n.name for q in model.statements) else (n,)

@@ -1,7 +1,8 @@
-"""Nonlinear laws in an impedance, where the amplitude follows from the drive: first harmonic at constant force.
+"""Nonlinear laws in an impedance, where the amplitude follows from the drive: first harmonic at constant
+force.
 
-A coil fed with constant current pushes with a constant force, here 1. The moving side then has the amplitude
-a = 1/(ω|Z|), with Z the impedance at that amplitude: an implicit equation at each frequency.
+A coil fed with constant current pushes with a constant force, here 1. The moving side then has the
+amplitude a = 1/(ω|Z|), with Z the impedance at that amplitude: an implicit equation at each frequency.
 """
 
 from typing import Any
@@ -43,7 +44,7 @@ def _at_drive(model: Model, port: Port, id: str, solve: Any, term: Any) -> Model
 
 
 def _cubic(model: Model, port: Port, p: Values) -> Model:
-    """Z + κ a²/(jω). With a² = u/(ω²|Z|²): u |1 + κ u/(jω³|Z|²Z)|² = 1, and |1 + …| >= R/|Z| whatever u is."""
+    """Z + κ a²/(jω). With a² = u/(ω²|Z|²): u |1 + κ u/(jω³|Z|²Z)|² = 1, and |1 + …| >= R/|Z| always."""
     w, kappa = port["omega"], p["kappa"] * DRIVE**2
 
     def solve(u: Any, R: Any, X: Any, square: Any) -> tuple[Any, Any]:

@@ -37,7 +37,8 @@ shunted_inductance = Effect(
 shorted_turn = Effect(
     "eddy_shunt",
     ("electrical_impedance",),
-    "a shorted turn, or the pole piece acting as one, shunts a part L_2 of the inductance by a resistance ω_2 L_2",
+    "a shorted turn, or the pole piece acting as one, shunts a part L_2 of the inductance by a "
+    "resistance ω_2 L_2",
     "LR-2 model: M. Dodd, W. Klippel, J. Oclee-Brown, AES Convention 117 (2004) 6261",
     (Strength("L_2", "{port}*s", text="inductance that is shunted"),),
     change(lambda Z, at, p: Z + j * at["omega"] * p["L_2"] / (1 + j * at["omega"] / p["omega_2"])),
@@ -48,9 +49,11 @@ shorted_turn = Effect(
 shunted_terminals = Effect(
     "eddy_shunt",
     ("terminals",),
-    "a resistance shunts the whole coil, motion included: eddy currents that all of its flux drives, or a leak",
+    "a resistance shunts the whole coil, motion included: eddy currents that all of its flux drives, or "
+    "a leak",
     "E. C. Snelling, Soft Ferrites (1988), ch. 2: core loss as a parallel resistance",
-    # The same as a shunt behind the winding's resistance, with the other parameters rescaled: data can't tell.
+    # The same as a shunt behind the winding's resistance, with the other parameters rescaled: data can't
+    # tell.
     (Strength("G_0", "1/{port}", text="conductance across the terminals"),),
     change(lambda Z, at, p: Z / (1 + p["G_0"] * Z)),
     needs=("omega",),
@@ -59,8 +62,10 @@ shunted_terminals = Effect(
 permeability_relaxation = Effect(
     "permeability_relaxation",
     ("inductance",),
-    "magnetic after-effect: a part of the permeability follows the field late, with times spread around τ (Cole–Cole)",
-    "K. S. Cole, R. H. Cole, J. Chem. Phys. 9 (1941) 341; S. Chikazumi, Physics of Ferromagnetism (1997), ch. 20",
+    "magnetic after-effect: a part of the permeability follows the field late, with times spread around "
+    "τ (Cole–Cole)",
+    "K. S. Cole, R. H. Cole, J. Chem. Phys. 9 (1941) 341; S. Chikazumi, Physics of Ferromagnetism "
+    "(1997), ch. 20",
     (Strength("s", "1", text="relaxing permeability over the rest"),),
     change(lambda L, at, p: L * (1 + p["s"] / (1 + powj(at["omega"] * p["tau"], p["a"])))),
     (

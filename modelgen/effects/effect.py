@@ -1,4 +1,5 @@
-"""What an effect is: a few lines of physics that change one kind of port, with parameters whose null value changes nothing."""
+"""What an effect is: a few lines of physics that change one kind of port, with parameters whose null value
+changes nothing."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from sympy import sympify
 
-from modelgen.language import Equation, Model, Parameter, Port, j
+from modelgen.errors import InputError
+from modelgen.language import Equation, Implicit, Model, Parameter, Port, j
 
 Values = Mapping[str, Parameter]
 Apply = Callable[[Model, Port, Values], Model]
@@ -21,10 +23,10 @@ Apply = Callable[[Model, Port, Values], Model]
 class Strength:
     """The parameter that says how much of the effect there is; at `null` the old model is back exactly.
 
-    `unit` may hold {port}, the names of the port's variables in braces, e.g. "{port}/{z}**3", and at mechanical ports
-    in the frequency domain {impedance} and {stiffness} (force over velocity and over displacement in the port's units);
-    {force} is the unit of the model's force.
-    `scale`, `low`, `high`, `points` as in `Shape`: where effects that are screened at a finite strength are tried.
+    `unit` may hold {port}, the names of the port's variables in braces, e.g. "{port}/{z}**3", and at
+    mechanical ports in the frequency domain {impedance} and {stiffness} (force over velocity and over
+    displacement in the port's units); {force} is the unit of the model's force. `scale`, `low`, `high`,
+    `points` are as in `Shape`, for effects that are screened at a finite strength.
     """
 
     name: str
@@ -43,12 +45,13 @@ class Strength:
 class Shape:
     """A parameter that says of which shape the effect is; it means nothing while the strength is null.
 
-    It is searched from `low` × the smallest to `high` × the largest value of `scale` in the recordings. Scales:
-    "omega" (angular frequency), "time" (1/omega up to the length of the record), "duration" (length of each record), "samples" (their number in each),
-    "displacement" (half the stroke of each record), "speed" (the greatest of each record), "position" (the recorded
-    range of the displacement), "port" (modulus of the port's quantity, by the base fit), "1" (plain numbers: low and
-    high as they are), or an expression in these such as "port/max(omega)**2".
-    `points` values are tried first, evenly in the logarithm unless `log` is False.
+    It is searched from `low` × the smallest to `high` × the largest value of `scale` in the recordings.
+    Scales: "omega" (angular frequency), "time" (1/omega up to the length of the record), "duration" (length
+    of each record), "samples" (their number in each), "displacement" (half the stroke of each record),
+    "speed" (the greatest of each record), "position" (the recorded range of the displacement), "port"
+    (modulus of the port's quantity, by the base fit), "1" (plain numbers: low and high as they are), or an
+    expression in these such as "port/max(omega)**2". `points` values are tried first, evenly in the
+    logarithm unless `log` is False.
     """
 
     name: str
@@ -62,7 +65,8 @@ class Shape:
 
 
 def search_range(q: Strength | Shape, scales: Mapping[str, ArrayLike]) -> tuple[float, float]:
-    """From where to where `q` is searched; `scales` maps the names that `Shape` lists to values in the recordings.
+    """From where to where `q` is searched; `scales` maps the names that `Shape` lists to values in the
+    recordings.
 
     Raises KeyError when a scale is missing.
     """
@@ -82,13 +86,14 @@ def search_range(q: Strength | Shape, scales: Mapping[str, ArrayLike]) -> tuple[
 class Effect:
     """One piece of physics that a model may have left out.
 
-    `apply(model, port, p)` returns the model with the effect at `port`; `p` maps the short names of `strengths` and
-    `shapes` to the declared parameters (their full names carry the effect's id, so that effects compose), which the
-    model has by then. `kinds` are in order of preference: a model with ports of several gets the effect at the first.
-    `needs` names the port variables that the effect uses; a port without them is none for it. Several effects may
-    share one id: laws of the same physics, none of which is a special case of another in disguise.
-    `secant` marks effects whose derivative by the strength vanishes at null: they are screened at a finite strength.
-    `family` is what one kind of recording can often not tell apart; `common` > 1 says that practitioners meet it often.
+    `apply(model, port, p)` returns the model with the effect at `port`; `p` maps the short names of
+    `strengths` and `shapes` to the declared parameters (their full names carry the effect's id, so that
+    effects compose), which the model has by then. `kinds` are in order of preference: a model with ports of
+    several gets the effect at the first. `needs` names the port variables that the effect uses; a port
+    without them is none for it. Several effects may share one id: laws of the same physics, none of which
+    is a special case of another in disguise. `secant` marks effects whose derivative by the strength
+    vanishes at null: they are screened at a finite strength. `family` is what one kind of recording can
+    often not tell apart; `common` > 1 says that practitioners meet it often.
     """
 
     id: str
@@ -104,7 +109,8 @@ class Effect:
     common: float = 1.0
 
     def fits(self, model: Model) -> tuple[Port, ...]:
-        """The ports of `model` that this effect can be added to: those of the first of its kinds that there is."""
+        """The ports of `model` that this effect can be added to: those of the first of its kinds that there
+        is."""
         for kind in self.kinds:
             there = tuple(
                 p for p in model.ports if p.kind == kind and set(self.needs) <= {n for n, _ in p.variables}
@@ -114,7 +120,8 @@ class Effect:
         return ()
 
     def parameters(self, model: Model, port: Port) -> dict[str, Parameter]:
-        """The effect's parameters as declared in a model: short name → Parameter with unit, bounds and source."""
+        """The effect's parameters as declared in a model: short name → Parameter with unit, bounds and
+        source."""
         units = {k: unit_of(model, v) for k, v in port.variables}
         units |= _port_units(port, model[port.equation].unit)
         units["force"] = next((model[q.equation].unit for q in model.ports if q.kind == "force"), "N")
@@ -153,18 +160,24 @@ def add_impedance(what: Callable[[Port, Values], Any]) -> Apply:
 
 
 def add_stiffness(what: Callable[[Port, Values], Any]) -> Apply:
-    """Add a complex stiffness, force over displacement, at a port of kind stiffness or mechanical_impedance."""
+    """Add a complex stiffness, force over displacement, at a port of kind stiffness or
+    mechanical_impedance."""
     return add(lambda at, p: what(at, p) / (1 if at.kind == "stiffness" else j * at["omega"]))
 
 
 def at_start(model: Model, expr: Any) -> Any:
-    """An expression as it is at the first sample, in inputs and parameters alone: what `State.initial` may hold."""
+    """An expression as it is at the first sample, in inputs and parameters alone: what `State.initial` may
+    hold."""
     statements = {s.name: s for s in model.statements}
     known: dict[Any, Any] = {}
 
     def start(x: Any) -> Any:
         for symbol in x.free_symbols - known.keys():
             s = statements.get(symbol.name)
+            if isinstance(s, Implicit):
+                raise InputError(
+                    f"model '{model.id}': a state can't start from '{s.name}', which is implicit"
+                )
             known[symbol] = start(s.expr if isinstance(s, Equation) else s.initial) if s else symbol
         return x.xreplace(known)
 
@@ -202,7 +215,6 @@ NAMED = ("1", "kg", "H", "F", "ohm", "1/ohm", "N/m", "m/N", "N", "s")
 
 def _tidy(unit: str) -> str:
     """A unit as people write it: "(N)/(mm)**3" → "N/mm³", "(N·s/m)*s" → "kg"."""
-    from modelgen.errors import InputError
     from modelgen.units import factor, tidy
 
     for name in NAMED:

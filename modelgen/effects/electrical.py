@@ -26,7 +26,8 @@ leakage_inductance = Effect(
 coil_ac_resistance = Effect(
     "coil_ac_resistance",
     ("electrical_impedance",),
-    "skin and proximity effect crowd the current in the wire: its resistance grows with the square of frequency, "
+    "skin and proximity effect crowd the current in the wire: its resistance grows with the square of "
+    "frequency, "
     "above omega_s with the root",
     "H. B. Dwight, Electrical Coils and Conductors (1945), ch. 16: round wire, R x J0(x)/(2 J1(x))",
     (
@@ -36,7 +37,8 @@ coil_ac_resistance = Effect(
             text="dc resistance of the wire that takes part, more where turns lie in others' field",
         ),
     ),
-    # 1/χ of the same function that describes flux in a rod is the internal impedance of a round wire over its R
+    # 1/χ of the same function that describes flux in a rod is the internal impedance of a round wire over
+    # its R
     add(lambda at, p: p["R"] * (1 / eddy_factor(at["omega"] / p["omega_s"]) - 1)),
     (
         Shape(
@@ -55,7 +57,8 @@ coil_ac_resistance = Effect(
 coil_capacitance = Effect(
     "coil_capacitance",
     ("terminals",),
-    "capacitance between turns and in the cable lies across the terminals: the coil resonates with it and shorts above",
+    "capacitance between turns and in the cable lies across the terminals: the coil resonates with it "
+    "and shorts above",
     "G. Grandi, M. K. Kazimierczuk, A. Massarini, U. Reggiani, IEEE Trans. Ind. Appl. 35 (1999) 1162",
     (Strength("C", "s/{port}", text="capacitance across the terminals"),),
     change(lambda Z, at, p: Z / (1 + j * at["omega"] * p["C"] * Z)),

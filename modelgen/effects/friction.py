@@ -36,7 +36,8 @@ second_dahl_element = Effect(
 
 
 def _second_in_a_cycle(at: Port, p: Values) -> Any:
-    """Complex stiffness with Dahl's force at the end of the stroke and at its middle, as the MRE paper's eq. 4 and 6."""
+    """Complex stiffness with Dahl's force at the end of the stroke and at its middle, as the MRE paper's
+    eq. 4 and 6."""
     A, z_2 = at["amplitude"], p["z_2"]
     end = tanh(A / z_2)
     return p["h_2"] / A * (end + j * (1 - (1 + end) * exp(-A / z_2)))
@@ -49,11 +50,7 @@ second_dahl_in_a_cycle = Effect(
     DAHL + "; MRE paper, eq. 12",
     (Strength("h_2", "{port}*({amplitude})", text="friction force of the second element"),),
     add(_second_in_a_cycle),
-    (
-        Shape(
-            "z_2", "{amplitude}", "displacement", 0.01, 1.0, 6, text="slip length 1/ρ of the second element"
-        ),
-    ),
+    (Shape("z_2", "{amplitude}", "1", 0.01, 3.0, 6, text="slip length 1/ρ of the second element"),),
     needs=("amplitude",),
 )
 
@@ -69,11 +66,12 @@ dahl_exponent = Effect(
 stribeck_friction = Effect(
     "stribeck_friction",
     ("friction",),
-    "friction falls with speed, as a film of lubricant or of wear builds up",
+    "friction falls with speed, as a film of lubricant or of wear builds up; so does its stiffness "
+    "before slip",
     "R. Stribeck, Z. VDI 46 (1902) 1341; B. Armstrong-Hélouvry et al., Automatica 30 (1994) 1083",
-    (Strength("beta", "1", text="rise of the friction at rest over that at speed"),),
-    change(lambda h, at, p: h * (1 + p["beta"] * exp(-Abs(at["v"]) / p["v_s"]))),
-    (Shape("v_s", "{v}", "speed", 0.02, 1.0, 8, text="Stribeck velocity"),),
+    (Strength("beta_h", "1", text="rise of the friction at rest over that at speed"),),
+    change(lambda h, at, p: h * (1 + p["beta_h"] * exp(-Abs(at["v"]) / p["v_h"]))),
+    (Shape("v_h", "{v}", "speed", 0.02, 1.0, 8, text="Stribeck velocity"),),
     needs=("v",),
 )
 

@@ -15,9 +15,11 @@ TEXTBOOK = "springs in series: e.g. J. P. Den Hartog, Mechanical Vibrations (195
 
 
 def _tried(model: Model, port: Port, motion: dict[str, Any], mark: str) -> tuple[Equation, ...]:
-    """Copies of all statements from the port's motion to the force, for another motion; they change no memory.
+    """Copies of all statements from the port's motion to the force, for another motion; they change no
+    memory.
 
-    The last one is the force. A state's symbol, where its copy doesn't stand before, means its value one sample ago.
+    The last one is the force. A state's symbol, where its copy doesn't stand before, means its value one
+    sample ago.
     """
     names = [s.name for s in model.statements]
     first = max(names.index(port[k].name) for k in MOTION) + 1
@@ -36,7 +38,8 @@ def _tried(model: Model, port: Port, motion: dict[str, Any], mark: str) -> tuple
 
 
 def _joint(model: Model, port: Port, p: Values) -> Model:
-    """The sample sees z − d with d = c F(z − d). Each step takes F as linear in d, by F at the last d and beside it."""
+    """The sample sees z − d with d = c F(z − d). Each step takes F as linear in d, by F at the last d and
+    beside it."""
     z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
     unit, dt = unit_of(model, port["z"]), port["t"] - port["t_prev"]
     beside = Parameter("contact_compliance_step", unit, 1e-6, (1e-12, 1.0), "step of the slope", known=True)
@@ -45,17 +48,21 @@ def _joint(model: Model, port: Port, p: Values) -> Model:
     def seen(new: Any, old: Any, rate: Any) -> dict[str, Any]:
         return {"z": z - new, "v": v - rate, "z_prev": z_prev - old, "z_turn": z_turn - old}
 
-    here = _tried(model, port, seen(d, d, 0), "here")
-    there = _tried(model, port, seen(d + beside, d, beside / dt), "there")
+    # d' by the second-order backward formula, 3/2 of the last slope less 1/2 of the one before
+    last = Symbol("contact_compliance_slope", real=True)
+    here = _tried(model, port, seen(d, d, -last / 2), "here")
+    there = _tried(model, port, seen(d + beside, d, 3 * beside / dt / 2 - last / 2), "there")
     miss = d - p["c"] * here[-1]
-    slope = 1 - p["c"] * (there[-1] - here[-1]) / beside
+    gain = 1 - p["c"] * (there[-1] - here[-1]) / beside
     start = p["c"] * at_start(model, model[next(q.equation for q in model.ports if q.kind == "force")])
     before = Equation("contact_compliance_before", d, unit, text="what the joint gave one sample before")
-    state = State(d.name, start, d - miss / slope, unit=unit, text="what the joint gives")
+    gives = State(d.name, start, d - miss / gain, unit=unit, text="what the joint gives")
+    speed = f"({unit})/s"
     rate = State(
-        "contact_compliance_rate", 0, (d - before) / dt, unit=f"({unit})/s", text="how fast it gives"
+        "contact_compliance_rate", 0, 3 * (d - before) / dt / 2 - last / 2, unit=speed, text="how fast"
     )
-    statements = (*here, *there, before, state, rate)
+    slope = State(last.name, 0, (d - before) / dt, unit=speed, text="its mean rate in the last step")
+    statements = (*here, *there, before, gives, rate, slope)
     return moved(model.with_parameters(beside), port, statements, seen(d, before.symbol, rate.symbol))
 
 

@@ -1,7 +1,8 @@
 """Memories with many relaxation times, in the time domain: a ladder of Maxwell arms at fixed rates.
 
-Arm i is a spring whose foot p_i follows z at the rate s_i; its stretch z − p_i is jω/(jω + s_i) z. The rates are constants,
-s_i = s_0 e^(STEP i), so the arms depend on the record alone (computed once); parameters enter by the arms' weights.
+Arm i is a spring whose foot p_i follows z at the rate s_i; its stretch z − p_i is jω/(jω + s_i) z. The
+rates are constants, s_i = s_0 e^(STEP i), so the arms depend on the record alone (computed once);
+parameters enter by the arms' weights.
 """
 
 from __future__ import annotations
@@ -18,9 +19,10 @@ from modelgen.language import Equation, Model, Parameter, Port, State, exp, log,
 
 ARMS = 14
 STEP = 1.5
-"""The trapezoidal rule in ln s over the power law's relaxations errs by 2 sin(πα) e^(−π²/STEP) <= 0.28 %. Slower arms act
-as a spring, faster ones as a dashpot, each with a part of the outermost arm so that the next order is right, too: the sum
-errs by less than 0.4 % from 3 × the lowest to 1/3 × the highest rate, over 7.5 decades."""
+"""The trapezoidal rule in ln s over the power law's relaxations errs by 2 sin(πα) e^(−π²/STEP) <= 0.28 %.
+Slower arms act as a spring, faster ones as a dashpot, each with a part of the outermost arm so that the
+next order is right, too: the sum errs by less than 0.3 % from 4 × the lowest to 1/4 of the highest rate,
+over 7.2 decades."""
 
 MEMORY = ("z", "z_prev", "v", "t", "t_prev")
 TINY = 1e-30  # keeps (1 − e^(−x))/x finite at the first sample, where no time has passed
@@ -46,7 +48,8 @@ def arm(name: str, x: Any, at: Port, rest: Parameter) -> State:
 
 @dataclass(frozen=True)
 class Ladder:
-    """Arms at a port with variables z, z_prev, v, t, t_prev; names of what it adds to the model start with `id`."""
+    """Arms at a port with variables z, z_prev, v, t, t_prev; names of what it adds to the model start with
+    `id`."""
 
     id: str
     model: Model
@@ -54,8 +57,8 @@ class Ladder:
 
     @property
     def rate(self) -> Parameter:
-        """s_0. By default the ladder is right from 1e-3 to 3e4 rad/s."""
-        text = "lowest relaxation rate of the ladder, a third of the lowest angular frequency"
+        """s_0. By default the ladder is right from 1.2e-3 to 2e4 rad/s."""
+        text = "lowest relaxation rate of the ladder, a quarter of the lowest angular frequency"
         return Parameter(f"{self.id}_s_0", "1/s", 3e-4, (1e-12, 1e12), text, known=True)
 
     @property
@@ -66,7 +69,8 @@ class Ladder:
         return self.port["z"] - Symbol(f"{self.id}_z{i}", real=True)
 
     def power_law(self, alpha: Any) -> Any:
-        """(jω/unit_omega)^α z: weights (sin πα/π) STEP s_i^α, and geometric sums for what lies beyond the ladder."""
+        """(jω/unit_omega)^α z: weights (sin πα/π) STEP s_i^α, and geometric sums for what lies beyond the
+        ladder."""
         reach = STEP * (ARMS - 1)
         top = self.rate * number_exp(reach)
         lowest = sin(pi * alpha) / pi * STEP * (self.rate / Symbol("unit_omega", real=True)) ** alpha

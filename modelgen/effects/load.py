@@ -13,7 +13,8 @@ from modelgen.userfile import run_user_file
 def load_effects(spec: str | Path, folder: Path | str = ".") -> tuple[Effect, ...]:
     """All effects in "path/to/file.py", or the one (or the tuple of them) in "path/to/file.py:NAME".
 
-    A relative path is relative to `folder`. Raises InputError when the file cannot be read or run, or has no effect.
+    A relative path is relative to `folder`. Raises InputError when the file cannot be read or run, or has
+    no effect.
     """
     text = str(spec)
     path, _, name = text.rpartition(":") if ".py:" in text else (text, "", "")

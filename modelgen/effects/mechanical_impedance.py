@@ -40,7 +40,8 @@ added_stiffness = Effect(
 radiation_load = Effect(
     "radiation_load",
     ("mechanical_impedance",),
-    "sound is radiated into the medium: a mass at low frequency, a resistance ρcS where the wave is shorter than the "
+    "sound is radiated into the medium: a mass at low frequency, a resistance ρcS where the wave is "
+    "shorter than the "
     "radiator",
     "P. M. Morse, K. U. Ingard, Theoretical Acoustics (1968), sec. 7.1: pulsating sphere, ρcS jka/(1 + jka)",
     (Strength("R", "{impedance}", text="ρcS, resistance at high frequency"),),

@@ -56,7 +56,8 @@ bilinear_stiffness = Effect(
 )
 
 CLEARANCE = 0.02
-"""The smallest gap over the resting gap: the pull stays finite when a search puts the magnet inside the stroke."""
+"""The smallest gap over the resting gap: the pull stays finite when a search puts the magnet inside the
+stroke."""
 
 
 def _pull(side: int) -> Callable[[Port, Values], Any]:
@@ -73,7 +74,8 @@ def _magnet(side: int) -> Effect:
         "magnetic_pull",
         ("force",),
         f"a magnet at {where} z pulls with one over the gap squared",
-        "J. C. Maxwell's stress B²/(2μ_0): e.g. H. H. Woodson, J. R. Melcher, Electromechanical Dynamics (1968), ch. 3",
+        "J. C. Maxwell's stress B²/(2μ_0): e.g. H. H. Woodson, J. R. Melcher, Electromechanical Dynamics "
+        "(1968), ch. 3",
         (Strength(f"P_{end}", "{port}", text="pull at z = 0"),),
         add(_pull(side)),
         (Shape(f"g_{end}", "{z}", "displacement", 1.05, 10.0, 8, text="gap at z = 0"),),

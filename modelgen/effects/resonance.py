@@ -18,7 +18,8 @@ def _resonator(at: Port, p: Values) -> Any:
 second_mode = Effect(
     "second_mode",
     ("mechanical_impedance", "stiffness"),
-    "another resonator hangs on the moving side: a part of it, or of the housing, swings at its own frequency",
+    "another resonator hangs on the moving side: a part of it, or of the housing, swings at its own "
+    "frequency",
     "J. P. Den Hartog, Mechanical Vibrations (1956), sec. 3.2",
     (Strength("M_2", "{impedance}*s", text="mass of the resonator"),),
     add_impedance(_resonator),
@@ -32,9 +33,11 @@ second_mode = Effect(
 contact_compliance = Effect(
     "contact_compliance",
     ("load", "mechanical_impedance"),
-    "a joint gives: a share of the moving side hangs behind a spring in series, and moves on its own above a second "
+    "a joint gives: a share of the moving side hangs behind a spring in series, and moves on its own "
+    "above a second "
     "resonance",
-    "J. P. Den Hartog, Mechanical Vibrations (1956), sec. 2.3; impedances in series as in L. L. Beranek, Acoustics, ch. 3",
+    "J. P. Den Hartog, Mechanical Vibrations (1956), sec. 2.3; impedances in series as in L. L. Beranek, "
+    "Acoustics, ch. 3",
     # The share γ of Z lies behind a joint of compliance c/γ. With γ = 1 the whole load does.
     (
         Strength(
@@ -62,8 +65,8 @@ LEVELS = 14
 def xcotx(q: Any) -> Any:
     """√q cot √q by Lambert's continued fraction 1 − q/(3 − q/(5 − …)).
 
-    Meromorphic, finite and smooth at q = 0, poles where they belong; its error is below 1e-6 of max(1, |x cot x|) for
-    |q| < 40, where the poles at π² and 4π² lie; below 1e-13 for |q| < 12.
+    Meromorphic, finite and smooth at q = 0, poles where they belong; its error is below 1e-6 of max(1, |x
+    cot x|) for |q| < 40, where the poles at π² and 4π² lie; below 1e-13 for |q| < 12.
     """
     tail: Any = 2 * LEVELS + 1
     for n in range(2 * LEVELS - 1, 0, -2):
@@ -105,11 +108,12 @@ moving_rod = Effect(
     needs=("omega",),
 )
 
-# -- time domain: the mass is driven by the acceleration of its foot, which runs linearly between samples ----------
+# -- time domain: the mass is driven by the acceleration of its foot, which runs linearly between samples ----
 
 
 def _swinging(model: Model, port: Port, p: Values) -> Model:
-    """Force of a mass whose motion y against its foot obeys y'' + (ω_2/Q) y' + ω_2² y = −a, each step exact."""
+    """Force of a mass whose motion y against its foot obeys y'' + (ω_2/Q) y' + ω_2² y = −a, each step
+    exact."""
     a, unit, start = port["a"], unit_of(model, port["a"]), at_start(model, port["a"])
     Y, V, before, old = (Symbol(f"second_mode_{n}", real=True) for n in ("Y", "V", "a", "Y_old"))
     zeta = 1 / (2 * p["Q"])

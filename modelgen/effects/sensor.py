@@ -55,11 +55,13 @@ lag_in_a_cycle = Effect(
     needs=("omega", "amplitude"),
 )
 
-# In time, the recorded force is F − y, with y the rate of F, filtered, times τ. F runs linearly between samples, each step of
+# In time, the recorded force is F − y, with y the rate of F, filtered, times τ. F runs linearly between
+# samples, each step of
 # y is exact: for τ far below the sampling interval F − τ ΔF/Δt is left, and at τ = 0 F itself.
 
 GONE = 40.0
-"""Transients that are shorter than 1/GONE of a sampling interval have gone by the next sample: e^(−40) < 1e-17."""
+"""Transients that are shorter than 1/GONE of a sampling interval have gone by the next sample: e^(−40) <
+1e-17."""
 
 Filter = Callable[[str, Any, Any], tuple[State, ...]]
 
@@ -89,7 +91,8 @@ def _low_pass(id: str, rise: Any, x: Any) -> tuple[State, ...]:
 
 
 def _all_pass(id: str, rise: Any, x: Any) -> tuple[State, ...]:
-    """τ² y''/12 + τ y'/2 + y = τ F': F − y is F by Padé's (2, 2) approximation of e^(−jωτ), right to (ωτ)⁵/720."""
+    """τ² y''/12 + τ y'/2 + y = τ F': F − y is F by Padé's (2, 2) approximation of e^(−jωτ), right to
+    (ωτ)⁵/720."""
     y, y_rate, old = (Symbol(f"{id}_{n}", real=True) for n in ("y", "rate", "old"))
     fading = exp(-3 * x)
     c, s = fading * cos(sqrt(3) * x), fading * sin(sqrt(3) * x) / sqrt(3)

@@ -5,7 +5,7 @@ from sympy import Symbol
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, at_start, unit_of
 from modelgen.language import Abs, Equation, Max, Model, Piecewise, Port, State, exp
 
-PAYNE = "A. R. Payne, J. Appl. Polym. Sci. 6 (1962) 57; G. Kraus, J. Appl. Polym. Sci. Appl. Polym. Symp. 39 (1984) 75"
+PAYNE = "A. R. Payne, J. Appl. Polym. Sci. 6 (1962) 57; G. Kraus, Appl. Polym. Symp. 39 (1984) 75"
 KRAUS = 1.2  # 2m in Kraus' law: 1.1 to 1.2 for all fillers
 MULLINS = "L. Mullins, Rubber Chem. Technol. 42 (1969) 339"
 SOFTENS = "the stiffness falls with the amplitude of the motion, as a network of filler breaks and mends"
@@ -70,7 +70,7 @@ payne_in_a_cycle = Effect(
     PAYNE,
     (Strength("k_0", "{port}", text="stiffness that large amplitudes take away"),),
     add(lambda at, p: p["k_0"] / (1 + (at["amplitude"] / p["A_c"]) ** KRAUS)),
-    (Shape("A_c", "{amplitude}", "displacement", 0.1, 2.0, 6, text="amplitude that takes half of it"),),
+    (Shape("A_c", "{amplitude}", "1", 0.02, 10.0, 6, text="amplitude that takes half of it"),),
     needs=("amplitude",),
 )
 
@@ -87,7 +87,8 @@ def _mullins(model: Model, port: Port, p: Values) -> Model:
 stress_softening = Effect(
     "stress_softening",
     ("spring",),
-    "the virgin material softens with the path that it has travelled, as bonds break that do not mend (Mullins)",
+    "the virgin material softens with the path that it has travelled, as bonds break that do not mend "
+    "(Mullins)",
     MULLINS,
     (Strength("k_0", "{port}", text="stiffness that is lost for good"),),
     _mullins,

@@ -18,7 +18,7 @@ from modelgen.language import Model, Port, j, powj, sign
 
 SPRING = ("stiffness", "mechanical_impedance")
 ALPHA = Shape("alpha", "1", "1", 0.03, 0.97, 7, log=False, text="0 for a spring, 1 for a dashpot")
-SCOTT_BLAIR = "G. W. Scott Blair, J. Colloid Sci. 2 (1947) 21; F. Mainardi, Fractional Calculus and Waves in Linear Viscoelasticity (2010)"
+SCOTT_BLAIR = "G. W. Scott Blair, J. Colloid Sci. 2 (1947) 21; F. Mainardi, Fractional Calculus (2010), ch. 3"
 BIOT = "M. A. Biot, Proc. 3rd US Congr. Appl. Mech. (1958) 1"
 
 
@@ -31,7 +31,8 @@ def _power_law(model: Model, port: Port, p: Values) -> Model:
 power_law_viscoelasticity = Effect(
     "power_law_viscoelasticity",
     SPRING,
-    "the material creeps by a power law: a springpot C(jω)^α in parallel, stiffer and lossier the faster it moves",
+    "the material creeps by a power law: a springpot C(jω)^α in parallel, stiffer and lossier the faster "
+    "it moves",
     SCOTT_BLAIR,
     (Strength("C", "{stiffness}", text="modulus at ω = 1 rad/s"),),
     _power_law,
@@ -43,7 +44,8 @@ power_law_viscoelasticity = Effect(
 maxwell_branch = Effect(
     "maxwell_branch",
     SPRING,
-    "a spring in series with a dashpot relaxes with one time constant: stiffness steps up where ωτ = 1, with a peak of loss",
+    "a spring in series with a dashpot relaxes with one time constant: stiffness steps up where ωτ = 1, "
+    "with a peak of loss",
     "J. C. Maxwell, Phil. Trans. 157 (1867) 49",
     (Strength("k", "{stiffness}", text="stiffness of the branch"),),
     add_stiffness(lambda at, p: p["k"] * j * at["omega"] * p["tau"] / (1 + j * at["omega"] * p["tau"])),
@@ -55,14 +57,15 @@ structural_damping = Effect(
     "structural_damping",
     SPRING,
     "the spring loses the same share of its energy in each cycle, however fast: K + jH",
-    "T. Theodorsen, I. E. Garrick, NACA Report 685 (1940); R. E. D. Bishop, J. R. Aeronaut. Soc. 59 (1955) 738",
+    "T. Theodorsen, I. E. Garrick, NACA Report 685 (1940); R. E. D. Bishop, J. R. Aeronaut. Soc. 59 "
+    "(1955) 738",
     (Strength("H", "{stiffness}", text="loss stiffness, loss factor times stiffness"),),
     add_stiffness(lambda at, p: j * p["H"]),
     needs=("omega",),
     common=2.0,
 )
 
-# -- time domain -------------------------------------------------------------------------------------------------
+# -- time domain ---------------------------------------------------------------------------------------------
 
 
 def _power_law_force(model: Model, port: Port, p: Values) -> Model:
@@ -112,7 +115,8 @@ def _structural_force(model: Model, port: Port, p: Values) -> Model:
 structural_force = Effect(
     "structural_damping",
     ("force",),
-    "the spring loses the same share of its energy in each cycle, however fast; as causality demands, its stiffness "
+    "the spring loses the same share of its energy in each cycle, however fast; as causality demands, "
+    "its stiffness "
     "then grows by the logarithm of the rate, H (2/π) ln(jω)",
     BIOT,
     (Strength("H", "{port}/{z}", text="loss stiffness; the stiffness itself is that at ω = 1 rad/s"),),
@@ -124,7 +128,8 @@ structural_force = Effect(
 structural_spring = Effect(
     "structural_damping",
     ("spring",),
-    "the spring is stiffer on its way out than on its way back, in a fixed ratio: it loses the same share of its energy "
+    "the spring is stiffer on its way out than on its way back, in a fixed ratio: it loses the same "
+    "share of its energy "
     "in each cycle, however fast",
     "T. J. Reid, J. R. Aeronaut. Soc. 60 (1956) 283",
     (Strength("eta", "1", bounds=(0.0, 1.0), text="π/2 times the loss factor"),),

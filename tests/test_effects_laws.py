@@ -1,0 +1,430 @@
+"""The laws of the catalogue against other numerics: closed forms, networks solved node by node, simple
+loops in time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import gamma
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+from interpreter import Reading
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from scipy.special import iv
+
+from modelgen.effects import CATALOGUE, Effect
+from modelgen.effects.effect import unit_omega
+from modelgen.effects.ladder import ARMS, STEP, Ladder
+from modelgen.effects.resonance import xcotx
+from modelgen.models import load
+
+Array = np.ndarray
+f = np.geomspace(20, 8000, 81)
+w = 2 * np.pi * f
+COIL = {"R_e": 6.0, "L_e": 5e-4, "Bl": 6.0, "M_m": 0.015, "K_m": 2e3, "R_m": 1.0}
+NOTHING = {"k_D": 0.0, "c_D": 0.0, "h_D": 0.0, "F_0": 0.0, "rho": 1.5, "r_0": 0.0}
+
+
+def find(id: str, kind: str, name: str = "", needs: str = "") -> Effect:
+    """The law of the catalogue for a kind of port; by its strength or a variable where there are several."""
+    laws = [
+        e for e in CATALOGUE if e.id == id and kind in e.kinds and (not name or e.strengths[0].name == name)
+    ]
+    return next(e for e in laws if not needs or needs in e.needs)
+
+
+def extended(e: Effect, model: str) -> Reading:
+    base = replace(load(model), checked=True)
+    return Reading(e.extend(base, e.fits(base)[0]))
+
+
+def at_port(e: Effect, model: str = "electrodynamic_transducer", **p: float) -> tuple[Array, Array]:
+    """The quantity at the effect's port without and with the effect."""
+    port = e.fits(load(model))[0]
+    values = extended(e, model)({"f": f}, **COIL, **{f"{e.id}_{k}": v for k, v in p.items()})
+    return values[f"{port.equation}_1"] * np.ones(len(f)), values[port.equation]
+
+
+def record(t: Array, z: Any) -> dict[str, Array]:
+    """A displacement z(t) with its derivatives by fine differences; turns of a path inside a step are
+    found."""
+    d = 1e-5
+    x, v, a = z(t), (z(t + d) - z(t - d)) / (2 * d), (z(t + d) - 2 * z(t) + z(t - d)) / d**2
+    before = np.concatenate([x[:1], x[:-1]])
+    turn = before.copy()
+    for k in np.flatnonzero(v[1:] * v[:-1] < 0):
+        fine = z(np.linspace(t[k], t[k + 1], 200))
+        turn[k + 1] = fine.max() if v[k] > 0 else fine.min()
+    return {
+        "t": t,
+        "z": x,
+        "t_prev": np.concatenate([t[:1], t[:-1]]),
+        "z_prev": before,
+        "z_turn": turn,
+        "v": v,
+        "a": a,
+    }
+
+
+def force(e: Effect, motion: dict[str, Array], base: dict[str, float] | None = None, **p: float) -> Array:
+    """Force of the modified Dahl model (by default of nothing) with the effect."""
+    given = {f"{e.id}_{k}": v for k, v in p.items()}
+    return np.asarray(extended(e, "modified_dahl")(motion, **(NOTHING | (base or {})), **given)["F"])
+
+
+def wobble(t: Array) -> Array:
+    return np.sin(2 * np.pi * t) + 0.4 * np.sin(2 * np.pi * 2.7 * t + 0.5) - 0.4 * np.sin(0.5)
+
+
+# -- electrical ----------------------------------------------------------------------------------------------
+
+
+def test_skin_effect_is_a_round_wire() -> None:
+    old, new = at_port(find("coil_ac_resistance", "electrical_impedance"), R=2.0, omega_s=3e3)
+    x = np.sqrt(1j * w / 3e3)
+    assert np.allclose(new - old, 2.0 * (x * iv(0, x) / (2 * iv(1, x)) - 1), rtol=1e-9)
+
+
+def test_shunts_are_resistances_in_parallel() -> None:
+    old, new = at_port(find("eddy_shunt", "inductance"), G=1 / 20.0)
+    assert np.allclose(1 / (1j * w * new), 1 / (1j * w * old) + 1 / 20.0)
+    old, new = at_port(find("eddy_shunt", "electrical_impedance"), L_2=1e-3, omega_2=5e3)
+    assert np.allclose(1 / (new - old), 1 / (1j * w * 1e-3) + 1 / 5.0)
+    old, new = at_port(find("eddy_shunt", "terminals"), G_0=1 / 50.0)
+    assert np.allclose(1 / new, 1 / old + 1 / 50.0)
+
+
+def test_semi_inductance_and_cole_cole() -> None:
+    old, new = at_port(find("semi_inductance", "electrical_impedance"), K=0.02, n=0.6)
+    assert np.allclose(np.angle(new - old), 0.3 * np.pi)
+    assert np.allclose(np.abs(new - old), 0.02 * w**0.6)
+    old, new = at_port(find("permeability_relaxation", "inductance"), s=0.3, tau=1e-3, a=0.7)
+    assert np.allclose(new / old - 1, 0.3 / (1 + (1j * w * 1e-3) ** 0.7))
+
+
+# -- mechanical ----------------------------------------------------------------------------------------------
+
+
+def test_second_mode_is_a_mass_on_a_spring() -> None:
+    M, w2, Q = 0.004, 2e3, 8.0
+    old, new = at_port(find("second_mode", "mechanical_impedance"), M_2=M, omega_2=w2, Q=Q)
+    link = M * w2**2 / (1j * w) + M * w2 / Q
+    assert np.allclose(new - old, 1 / (1 / (1j * w * M) + 1 / link))
+
+
+def test_a_joint_leaves_statics_and_adds_a_resonance() -> None:
+    e = find("contact_compliance", "mechanical_impedance")
+    old, new = at_port(e, gamma=1.0, c=1e-6)
+    assert np.allclose(1 / new, 1 / old + 1j * w * 1e-6)
+    old, new = at_port(e, gamma=0.6, c=1 / (COIL["M_m"] * 5e3**2))
+    assert new[0] == pytest.approx(old[0], rel=1e-2)
+    assert np.abs(new).max() > 5 * np.abs(old[np.argmax(np.abs(new))])  # anti-resonance near 5e3 rad/s
+    assert w[np.argmax(np.abs(new / old))] == pytest.approx(5e3, rel=0.1)
+
+
+@pytest.mark.parametrize("q", [1e-12, 0.3, 2.0, -7.0, 9.0 + 1e-3j, 20 - 5j, 35 + 0.5j])
+def test_xcotx(q: complex) -> None:
+    x = np.sqrt(complex(q))
+    exact = x / np.tan(x) if abs(q) > 1e-6 else 1 - q / 3
+    assert abs(xcotx(q) - exact) < 1e-6 * max(1, abs(exact))
+    if abs(q) < 12:
+        assert abs(xcotx(q) - exact) < 1e-12 * max(1, abs(exact))
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_rods_are_chains_of_small_masses_and_springs(held: bool) -> None:
+    """The rod as 400 lumps, solved as a ladder from the far end."""
+    n, m, K = 400, 0.02, 2e3
+    x = np.geomspace(20, 500, 30)
+    s = 1j * x
+    Z = np.full(len(x), 1e30 + 0j) if held else np.zeros(len(x), complex)
+    for _ in range(n):
+        Z = 1 / (1 / (Z + s * m / n / 2) + s / (K * n)) + s * m / n / 2
+    q = x**2 * m / K
+    law = K * xcotx(q) / s if held else s * m / xcotx(q)
+    assert np.allclose(law, Z, rtol=2e-3)
+
+
+def test_radiation_is_a_mass_below_and_a_resistance_above() -> None:
+    e = find("radiation_load", "mechanical_impedance")
+    old, new = at_port(e, R=3.0, tau=1e-7)
+    assert np.allclose((new - old).imag, w * 3e-7, rtol=1e-3)
+    old, new = at_port(e, R=3.0, tau=10.0)
+    assert np.allclose(new - old, 3.0, rtol=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("id", "strength", "size"), [("cubic_stiffness", "kappa", 3e7), ("quadratic_damping", "delta", 2.0)]
+)
+def test_amplitude_at_constant_force(id: str, strength: str, size: float) -> None:
+    old, new = at_port(find(id, "mechanical_impedance"), **{strength: size})
+    a = 1 / (w * np.abs(new))  # the amplitude that the impedance makes makes the impedance
+    added = size * a**2 / (1j * w) if id == "cubic_stiffness" else size * a * w
+    assert np.allclose(new, old + added, rtol=1e-8)
+    assert np.abs(new - old).max() > 0.01 * np.abs(old).min()
+
+
+@pytest.mark.parametrize(
+    "kind", ["electrical_impedance", "inductance", "terminals", "mechanical_impedance", "stiffness"]
+)
+def test_positive_strengths_take_power(kind: str) -> None:
+    model = load("electrodynamic_transducer")
+    shapes = {"omega": 3e3, "time": 3e-4, "1/max(omega)": 1e-5, "1/(omega*port)": 1e-5, "samples": 100.0}
+    for e in CATALOGUE:
+        if not e.fits(model) or e.fits(model)[0].kind != kind or e.strengths[0].bounds[0] < 0:
+            continue
+        p = {q.name: (q.low * q.high) ** 0.5 if q.scale == "1" else shapes[q.scale] for q in e.shapes}
+        for size in (1e-6, 1e-3, 0.3):
+            for port in e.fits(model):
+                values = extended(e, model.id)(
+                    {"f": f},
+                    **COIL,
+                    **{f"{e.id}_{k}": v for k, v in p.items()},
+                    **{f"{e.id}_{e.strengths[0].name}": size},
+                )
+                assert (values["Z"].real > 0).all(), (e.id, size)
+                loss = values[port.equation] * (1j * w if kind == "inductance" else 1)
+                loss = loss / (1j) if kind == "stiffness" else loss
+                old = values[f"{port.equation}_1"] * (1j * w if kind == "inductance" else 1)
+                old = old / 1j if kind == "stiffness" else old
+                if kind != "terminals" and e.id not in ("contact_compliance",):
+                    assert (np.real(loss) >= np.real(old) - 1e-9 * np.abs(old)).all(), (e.id, size)
+
+
+# -- memory in time ------------------------------------------------------------------------------------------
+
+
+def ladder(expr_of: Any, x: Array) -> Array:
+    """Frequency response of a ladder's force over displacement: arm i's foot is s_i/(jω + s_i)."""
+    base = unit_omega(load("modified_dahl"))
+    port = next(p for p in base.ports if p.kind == "force")
+    arms = Ladder("L", base, port)
+    expr = expr_of(arms)
+    s_0 = arms.rate.default
+    feet = {
+        sp.Symbol(f"L_z{i}", real=True): s_0 * np.exp(STEP * i) / (1j * x + s_0 * np.exp(STEP * i))
+        for i in range(ARMS)
+    }
+    rest = {"z_rest": 0.0, "unit_omega": 1.0, "L_s_0": s_0, "z_D": 1.0, "v_D": 1j * x}
+    symbols = sorted(expr.free_symbols, key=str)
+    return np.asarray(sp.lambdify(symbols, expr, "numpy")(*(feet.get(q, rest.get(q.name)) for q in symbols)))
+
+
+@pytest.mark.parametrize("alpha", [0.03, 0.1, 0.25, 0.5, 0.75, 0.9, 0.97])
+def test_springpot_ladder_is_within_its_bound(alpha: float) -> None:
+    x = np.geomspace(1.2e-3, 3e-4 * np.exp(STEP * (ARMS - 1)) / 4, 400)
+    assert x[-1] / x[0] > 10**7.2
+    error = np.abs(ladder(lambda arms: arms.power_law(sp.Float(alpha)), x) / (1j * x) ** alpha - 1)
+    assert error.max() < 0.003
+    assert error[40:-40].max() < 2 * np.sin(np.pi * alpha) * np.exp(-(np.pi**2) / STEP) + 1e-4
+
+
+def test_constant_loss_ladder() -> None:
+    x = np.geomspace(1.5e-3, 1.7e4, 400)
+    assert np.abs(ladder(lambda arms: arms.constant_loss(), x) - 2 / np.pi * np.log(1j * x)).max() < 0.008
+
+
+def test_springpot_in_time_creeps_by_its_power() -> None:
+    """Ramp and hold: D^α z = V (t^(1−α) − (t − T)^(1−α))/Γ(2 − α), exact for z linear between samples."""
+    t = np.concatenate([np.linspace(0, 1, 101), np.geomspace(1.01, 300, 200)])
+    motion = record(t, lambda x: np.clip(x, 0, 1))
+    motion["v"] = np.where(t < 1, 1.0, 0.0)
+    alpha = 0.3
+    exact = (t ** (1 - alpha) - np.clip(t - 1, 0, None) ** (1 - alpha)) / gamma(2 - alpha)
+    F = force(find("power_law_viscoelasticity", "force"), motion, C=2.0, alpha=alpha)
+    assert np.abs(F / 2 - exact)[5:].max() < 0.005 * exact.max()
+    assert np.abs(F / 2 / np.maximum(exact, 1e-9) - 1)[150:].max() < 0.01
+
+
+def test_maxwell_branch_in_time() -> None:
+    t = np.linspace(0, 3, 1501)
+    F = force(find("maxwell_branch", "force"), record(t, wobble), k=0.7, tau=0.2)
+    d = 1e-6
+    q = solve_ivp(
+        lambda x, q: (wobble(x + d) - wobble(x - d)) / (2 * d) - q / 0.2,
+        (0, 3),
+        [0.0],
+        t_eval=t,
+        rtol=1e-9,
+        atol=1e-11,
+    ).y[0]
+    assert np.abs(F - 0.7 * q).max() < 1e-4
+
+
+def test_hysteretic_losses_do_not_depend_on_rate() -> None:
+    for kind, name in (("force", "H"), ("spring", "eta")):
+        e, loss = find("structural_damping", kind), []
+        for hz in (0.2, 5.0):
+            t = np.arange(0, 6 / hz, 1 / hz / 400)
+            motion = record(t, lambda x, hz=hz: np.sin(2 * np.pi * hz * x))
+            F = force(e, motion, {"k_D": 1.0}, **{name: 0.1})
+            last = slice(-401, None)
+            loss.append(np.trapezoid(F[last], motion["z"][last]))
+        assert loss[0] == pytest.approx(loss[1], rel=0.02) and loss[0] > 0
+    assert loss[0] == pytest.approx(2 * 0.1, rel=0.01)  # Reid: area 2 η k A²
+
+
+def test_swinging_mass_is_the_second_mode() -> None:
+    e, hz = find("second_mode", "force"), 2.0
+    t = np.arange(0, 12, 1 / hz / 200)
+    motion = record(t, lambda x: np.sin(2 * np.pi * hz * x))
+    for w2, Q in ((20.0, 6.0), (9.0, 1.0)):
+        F = force(e, motion, M_2=0.003, omega_2=w2, Q=Q)
+        u = 2 * np.pi * hz / w2
+        K = -0.003 * (2 * np.pi * hz) ** 2 * (1 + 1j * u / Q) / (1 + 1j * u / Q - u**2)
+        last = t > 10
+        assert np.abs(F - (K * np.exp(2j * np.pi * hz * t)).imag)[last].max() < 1e-3 * abs(K)
+
+
+# -- paths ---------------------------------------------------------------------------------------------------
+
+
+def test_play_of_a_linkage() -> None:
+    t, g = np.linspace(0, 4, 2001), 0.15
+    motion = record(t, wobble)
+    F = force(find("backlash", "displacement", "g"), motion, {"k_D": 1.0}, g=g)
+    fine = np.linspace(0, 4, 200001)
+    p, lag = [], -g * np.sign(motion["v"][0])
+    for a, b in zip(
+        wobble(fine[:1]).tolist() + wobble(fine[:-1]).tolist(), wobble(fine).tolist(), strict=True
+    ):
+        lag = min(max(lag - (b - a), -g), g)
+        p.append(b + lag)
+    assert np.abs(F - np.array(p)[::100]).max() < 1e-5
+    gap = force(find("backlash", "displacement", "g_0"), motion, {"k_D": 1.0}, g_0=g)
+    assert np.allclose(gap, np.sign(motion["z"]) * np.maximum(np.abs(motion["z"]) - g, 0), atol=1e-12)
+
+
+def test_a_soft_joint_is_a_spring_in_series() -> None:
+    """Against the same balance solved by bisection on a grid twenty times as fine."""
+    base = {"k_D": 0.5, "c_D": 0.05, "h_D": 0.2, "rho": 2.0, "F_0": 0.3}
+    c, t = 0.4, np.linspace(0, 3, 601)
+    F = force(find("contact_compliance", "displacement"), record(t, wobble), base, c=c)
+    fine = np.linspace(0, 3, 12001)
+    dt, path = fine[1], wobble(fine)
+    x, r, exact = path[0] - c * 0.3, 0.0, []
+    for k, z in enumerate(path):
+
+        def law(new: float, x: float = x, r: float = r) -> tuple[float, float]:
+            s = np.sign(new - x)
+            slip = s + (r - s) * np.exp(-2.0 * abs(new - x))
+            return 0.5 * new + 0.05 * (new - x) / dt + 0.2 * slip + 0.3, slip
+
+        if k:
+            new = brentq(lambda y, z=z, law=law: z - y - c * law(y)[0], z - 5, z + 5, xtol=1e-13)
+            (value, r), x = law(new), new
+        else:
+            value = (z - x) / c
+        exact.append(value)
+    error = np.abs(F - np.array(exact)[::20])[t > 1]
+    assert error.max() < 8e-3 and np.sqrt(np.mean(error**2)) < 1e-3
+
+
+@pytest.mark.parametrize("offset", [0.0, 2.0])
+def test_payne_softening_follows_the_amplitude(offset: float) -> None:
+    t = np.arange(0, 6, 0.005)
+    rng = np.random.default_rng(0)
+    motion = record(t, lambda x: offset + np.where(x < 3, 1.0, 0.3) * np.sin(2 * np.pi * x))
+    motion["z"] = motion["z"] + 1e-3 * rng.standard_normal(len(t))
+    e = find("payne_softening", "spring")
+    reading = extended(e, "modified_dahl")
+    A = reading(motion, **NOTHING, payne_softening_k_0=1.0, payne_softening_A_c=0.5)["payne_softening_A"]
+    assert np.allclose(A[(t > 1.2) & (t < 3)], 1.0, atol=0.01)
+    assert np.allclose(A[t > 4.2], 0.3, atol=0.01)
+
+
+def test_stress_softening_by_path_and_by_peak() -> None:
+    t = np.arange(0, 4, 0.005)
+    motion = record(t, lambda x: np.sin(2 * np.pi * x))
+    F = force(find("stress_softening", "spring", "k_0"), motion, k_0=1.0, s_c=3.0)
+    assert F[650] / motion["z"][650] == pytest.approx(np.exp(-13 / 3), rel=1e-3)  # 3.25 cycles of length 4
+    F = force(find("stress_softening", "spring", "k_p"), motion, k_p=1.0, z_c=0.5)
+    assert F[650] / motion["z"][650] == pytest.approx(np.exp(-2), rel=1e-6)
+
+
+def test_second_dahl_element_is_another_dahl_model() -> None:
+    motion = record(np.linspace(0, 3, 301), wobble)
+    F = force(find("second_dahl_element", "force"), motion, h_2=0.4, z_2=1 / 3.0)
+    dahl = Reading(load("modified_dahl"))(motion, **(NOTHING | {"h_D": 0.4, "rho": 3.0}))
+    assert np.allclose(F, dahl["F"])
+
+
+def test_friction_falls_with_speed_and_stops_push_one_way() -> None:
+    motion = record(np.linspace(0, 3, 301), wobble)
+    z, v = motion["z"], motion["v"]
+    base = {"h_D": 0.4}
+    F = force(find("stribeck_friction", "friction", "beta_h"), motion, base, beta_h=0.5, v_h=2.0)
+    plain = force(find("stribeck_friction", "friction", "beta_h"), motion, base, beta_h=0.0, v_h=2.0)
+    assert np.allclose(F, plain * (1 + 0.5 * np.exp(-np.abs(v) / 2)))
+    F = force(find("end_stop", "force", "k_upper"), motion, k_upper=3.0, z_upper=0.5)
+    assert np.allclose(F, 3 * np.maximum(z - 0.5, 0))
+    F = force(find("end_stop", "force", "k_lower"), motion, k_lower=3.0, z_lower=-0.5)
+    assert np.allclose(F, -3 * np.maximum(-0.5 - z, 0))
+    F = force(find("magnetic_pull", "force", "P_upper"), motion, P_upper=0.2, g_upper=3.0)
+    assert np.allclose(F, -0.2 * (9 / (3 - z) ** 2 - 1))  # held back while the magnet pulls to positive z
+    F = force(find("magnetic_pull", "force", "P_lower"), motion, P_lower=0.2, g_lower=3.0)
+    assert np.allclose(F, 0.2 * (9 / (3 + z) ** 2 - 1))
+
+
+# -- channels ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("tau", [5e-4, 7e-3, 0.04])
+def test_late_channels(tau: float) -> None:
+    t, base = np.linspace(0, 4, 1601), {"k_D": 1.0, "F_0": 0.5}
+    motion = record(t, wobble)
+    late = t > 1
+    shown = force(find("sensor_delay", "sensor", needs="t"), motion, base, tau=tau)
+    effect = np.abs(wobble(t - tau) - wobble(t)).max()
+    assert np.abs(shown - 0.5 - wobble(t - tau))[late].max() < 0.02 * effect + 2e-5
+    shown = force(find("force_sensor_lag", "sensor", needs="t"), motion, base, tau=tau)
+    lag = solve_ivp(lambda x, y: (wobble(x) - y) / tau, (0, 4), [0.0], t_eval=t, rtol=1e-9, atol=1e-11).y[0]
+    assert np.abs(shown - 0.5 - lag)[late].max() < 1e-2 * effect
+
+
+def test_drifts_start_at_the_first_sample_and_settle() -> None:
+    t = np.linspace(100, 110, 201)
+    motion = record(t, lambda x: np.sin(2 * np.pi * (x - 100)))
+    F = force(find("offset_drift", "force"), motion, d=0.2, tau=5.0)
+    assert np.allclose(F, 0.2 * 5 * (1 - np.exp(-(t - 100) / 5)))
+    F = force(find("temperature_drift", "spring"), motion, {"k_D": 2.0}, beta=-0.01, tau=1e6)
+    assert np.allclose(F, 2 * motion["z"] * (1 - 0.01 * (t - 100)), rtol=1e-4, atol=1e-9)
+    old, new = at_port(find("temperature_drift", "electrical_impedance"), dR=0.01, n_R=1e6)
+    assert np.allclose(new - old, 0.01 * np.arange(len(f)), rtol=1e-4)
+
+
+def test_amplitude_laws_are_right_at_the_end_and_the_middle_of_a_stroke() -> None:
+    """A second Dahl element as a complex stiffness shows the MRE paper's k_s and h_s (eq. 4, 6)."""
+    A, h, rho = 0.4, 0.2, 5.0
+    model = load("complex_stiffness")
+    plain = Reading(model)({"f": f[:2]}, k_D=5.0, c_D=0.0, h_D=h, rho=rho, A_z=A)
+    e = find("second_dahl_element", "stiffness")
+    given = {"second_dahl_element_h_2": h, "second_dahl_element_z_2": 1 / rho}
+    other = extended(e, model.id)({"f": f[:2]}, k_D=5.0, c_D=0.0, h_D=0.0, rho=rho, A_z=A, **given)
+    assert other["h_s"] == pytest.approx(plain["h_s"], rel=1e-9)
+    assert other["k_s"] == pytest.approx(plain["k_s"], rel=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("id", "kind", "p"),
+    [
+        ("power_law_viscoelasticity", "force", {"C": 0.3, "alpha": 0.3}),
+        ("contact_compliance", "displacement", {"c": 0.3}),
+        ("backlash", "displacement", {"g": 0.1}),
+        ("sensor_delay", "sensor", {"tau": 0.01}),
+        ("payne_softening", "spring", {"k_0": 0.5, "A_c": 0.4}),
+    ],
+)
+def test_generated_c_agrees(id: str, kind: str, p: dict[str, float]) -> None:
+    from modelgen.codegen import build
+
+    e, motion = find(id, kind, needs="t" if kind == "sensor" else ""), record(np.linspace(0, 2, 401), wobble)
+    given = {f"{id}_{k}": v for k, v in p.items()}
+    base = {"k_D": 0.5, "c_D": 0.05, "h_D": 0.2, "rho": 2.0, "F_0": 0.3, "r_0": 0.0}
+    reading = extended(e, "modified_dahl")
+    plain = reading(motion, **base, **given)["F"]
+    compiled = build(reading.model)(**motion, **base, **given)
+    assert np.allclose(compiled, plain, rtol=1e-9, atol=1e-9)
