@@ -176,7 +176,7 @@ def at_start(model: Model, expr: Any) -> Any:
             s = statements.get(symbol.name)
             if isinstance(s, Implicit):
                 raise InputError(
-                    f"model '{model.id}': a state can't start from '{s.name}', which is implicit"
+                    f"model '{model.id}': no state can start from '{s.name}', it is implicit"
                 )
             known[symbol] = start(s.expr if isinstance(s, Equation) else s.initial) if s else symbol
         return x.xreplace(known)
