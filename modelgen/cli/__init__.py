@@ -1,0 +1,45 @@
+"""The command line, and its exit statuses: 0 done, 2 the user's input is wrong, 130 interrupted."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+from modelgen.errors import ModelgenError
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit status. What is wrong with the input becomes one line on stderr."""
+    from typer.main import get_command
+
+    from modelgen.cli.app import app
+
+    try:
+        status = get_command(app).main(args=_words(arguments), prog_name="modelgen", standalone_mode=False)
+        sys.stdout.flush()
+        return status if isinstance(status, int) else 0
+    except ModelgenError as why:
+        return _say(str(why), 2)
+    except BrokenPipeError:  # the reader of a pipe has gone, as `| head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except Exception as why:
+        # Typer's own exceptions: their classes stand in other modules from one version to the next
+        if type(why).__name__ == "Abort":
+            return _say("interrupted", 130)
+        if not hasattr(why, "format_message"):
+            raise
+        return _say(f"{why.format_message()} ('modelgen --help' shows what there is)", 2)
+    except KeyboardInterrupt:
+        return _say("interrupted", 130)
+
+
+def _words(arguments: Sequence[str] | None) -> list[str]:
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    return words or ["--help"]
+
+
+def _say(message: str, status: int) -> int:
+    print("modelgen:", " ".join(message.split()), file=sys.stderr)
+    return status

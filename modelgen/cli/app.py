@@ -1,0 +1,92 @@
+"""The commands. Each imports what it needs when it runs, so that `--help` is instant."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    help="Write physics once; get fast C with exact derivatives, fits, and the physics that was left out.",
+    add_completion=False,
+    rich_markup_mode=None,  # plain help: the framed one takes as long again
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+CasePath = Annotated[Path, typer.Argument(metavar="CASE.toml", help="the case: model, recordings, constants")]
+Json = Annotated[Path | None, typer.Option("--json", help="write the result as JSON")]
+Seed = Annotated[int, typer.Option(help="of all random numbers")]
+MODEL = "a model that ships, or path/to/file.py:NAME"
+
+
+@app.callback(invoke_without_command=True)
+def start(version: Annotated[bool, typer.Option("--version", help="show the version")] = False) -> None:
+    if version:
+        from modelgen import __version__
+
+        print(f"modelgen {__version__}")
+
+
+@app.command()
+def build(
+    models: Annotated[list[str] | None, typer.Argument(metavar="[MODEL]...", help=f"{MODEL}; all")] = None,
+    out: Annotated[Path, typer.Option(help="folder for the C")] = Path("generated"),
+) -> None:
+    """Generate C and compile it. Unchanged models change no byte."""
+    from modelgen.cli.building import build_models
+
+    build_models(models or [], out)
+
+
+@app.command()
+def fit(
+    case: CasePath,
+    json: Json = None,
+    method: Annotated[
+        str,
+        typer.Option(help="'gauss-newton', 'pso(40)', 'ipopt', 'multistart(20)', or a chain 'pso >> ipopt'"),
+    ] = "",
+    start: Annotated[list[str] | None, typer.Option(help="NAME=VALUE, where to begin")] = None,
+    seed: Seed = 0,
+) -> None:
+    """Fit the model's free parameters to the recordings. Ctrl-C keeps the best so far."""
+    from modelgen.cli.fitting import fit_case
+
+    fit_case(case, json, method, start or [], seed)
+
+
+@app.command()
+def diagnose(
+    case: CasePath,
+    json: Json = None,
+    report: Annotated[Path | None, typer.Option(help="write one self-contained HTML page")] = None,
+    effects: Annotated[str, typer.Option(help="Python file with effects of your own")] = "",
+    out: Annotated[Path, typer.Option(help="folder for the extended model and its C")] = Path("diagnosis"),
+    seed: Seed = 0,
+) -> None:
+    """Find the physics that the model leaves out."""
+    from modelgen.cli.diagnosing import diagnose_case
+
+    diagnose_case(case, json, report, effects, out, seed)
+
+
+@app.command()
+def export(
+    model: Annotated[str, typer.Argument(metavar="MODEL", help=MODEL)],
+    target: Annotated[str, typer.Option(help="what to write: c99")] = "c99",
+    out: Annotated[Path | None, typer.Option(help="folder, by default export/MODEL")] = None,
+) -> None:
+    """Write a model for use elsewhere, such as in a controller."""
+    from modelgen.cli.building import export_model
+
+    export_model(model, target, out)
+
+
+@app.command("list")
+def show() -> None:
+    """List the models that ship and the effects that a diagnosis tries."""
+    from modelgen.cli.listing import show_all
+
+    show_all()

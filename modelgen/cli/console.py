@@ -1,0 +1,72 @@
+"""What the commands share: where they print, a progress bar, tables, a look at outputs beforehand."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from modelgen.errors import InputError, ToolError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+PLAIN_WIDTH = 120  # where there is no terminal, so that a table in a file or a pipe is whole
+
+
+def console() -> Console:
+    """Prints to standard output."""
+    from rich.console import Console
+
+    found = Console(highlight=False)
+    return found if found.is_terminal else Console(highlight=False, width=PLAIN_WIDTH)
+
+
+def table(*columns: str) -> Table:
+    """A table whose first column is text and whose others are numbers."""
+    from rich import box
+    from rich.table import Table
+
+    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for k, name in enumerate(columns):
+        made.add_column(name, justify="left" if k == 0 else "right", overflow="fold")
+    return made
+
+
+@contextmanager
+def progress_bar(title: str) -> Iterator[Callable[[float, str], None]]:
+    """A bar on stderr, gone when done; nothing where there is no terminal. Yields show(fraction, text)."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    err = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[text]}"),
+    )
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
+        task = bar.add_task(title, total=1.0, text="")
+        yield lambda fraction, text: bar.update(task, completed=fraction, text=text)
+
+
+def check_output(path: Path | None, *, folder: bool = False) -> None:
+    """Raise InputError or ToolError now for an output that could not be written after minutes of work."""
+    if path is None:
+        return
+    if folder:
+        there = next(p for p in (path, *path.absolute().parents) if p.exists())
+        if not there.is_dir():
+            raise InputError(f"cannot write into {path}: {there} is a file, a folder is wanted")
+    else:
+        there = path.parent
+        if path.is_dir():
+            raise InputError(f"cannot write {path}: it is a folder, a file name is wanted")
+        if not there.is_dir():
+            raise InputError(f"cannot write {path}: the folder {there} does not exist")
+    if not os.access(there, os.W_OK):
+        raise ToolError(f"cannot write {path}: no permission to write into {there}")

@@ -1,0 +1,74 @@
+"""`modelgen fit`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from modelgen.api import open_case
+from modelgen.cli.console import check_output, console, progress_bar, table
+from modelgen.cli.methods import read_method
+from modelgen.errors import InputError
+from modelgen.fit.fitting import fit
+from modelgen.fit.result import FitResult
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def fit_case(path: Path, json: Path | None, method: str, start: Sequence[str], seed: int) -> None:
+    """Fit, print, and write the JSON."""
+    check_output(json)
+    chosen, begin = read_method(method), read_start(start)
+    model, case = open_case(path)
+    with progress_bar(f"fitting {model.id}") as show:
+        result = fit(model, case, chosen, seed, lambda done, best: show(done, f"r·r {best:.6g}"), start=begin)
+    if json is not None:
+        result.write_json(json)
+    print_fit(result, console())
+
+
+def read_start(entries: Sequence[str]) -> dict[str, float]:
+    """NAME=VALUE entries as a table. Raises InputError."""
+    found = {}
+    for entry in entries:
+        name, _, value = entry.partition("=")
+        try:
+            found[name.strip()] = float(value)
+        except ValueError:
+            raise InputError(f"--start {entry}: NAME=VALUE is wanted, VALUE a number") from None
+        if not math.isfinite(found[name.strip()]):
+            raise InputError(f"--start {entry}: a finite number is wanted")
+    return found
+
+
+def print_fit(result: FitResult, to: Console) -> None:
+    """Parameters, how well each recording is met, and what the data leave open."""
+    from rich.text import Text
+
+    from modelgen.report.words import measured, number, unit_text
+
+    shown = table(result.model, "value", "unit", "")
+    for e in result.parameters:
+        mark = "not determined" if not e.determined else "on its bound" if e.at_bound else ""
+        row = (e.name, measured(e.value, e.std), unit_text(e.unit), mark)
+        shown.add_row(*(Text(cell) for cell in row))
+    to.print(shown)
+    met = table("recording", "role", "points", "rms", "over noise")
+    for r in result.recordings:
+        cells = (
+            r.file,
+            r.role,
+            str(r.points),
+            f"{number(r.rms)} {unit_text(r.unit)}",
+            number(r.rms_over_noise),
+        )
+        met.add_row(*(Text(cell) for cell in cells))
+    to.print()
+    to.print(met)
+    to.print()
+    for line in (*result.undetermined, *result.notes, f"{result.method}: {result.reason}"):
+        to.print(Text(line))
+    to.print(Text(f"{result.seconds:.2f} s"))
