@@ -20,7 +20,7 @@ from modelgen.errors import InputError
 from modelgen.report import print_verdict, words, write_html
 from modelgen.report.axes import fold, plain
 from modelgen.report.curve import slope_and_phase, slope_text
-from modelgen.report.formula import formula, prose, symbol
+from modelgen.report.formula import formula, sentence, symbol
 from modelgen.report.html import page
 from modelgen.report.thin import excerpt, extremes
 
@@ -319,7 +319,10 @@ def test_formulas() -> None:
     assert re.sub("<[^u].*?>|</[^u].*?>", "", formula("K*(j*omega)**(n + 1)")) == "K·(j·ω)n + 1"
     assert formula("x**2").endswith("<sup>2</sup>")
     assert formula("force falls with 1/gap") == "force falls with 1/gap"
-    assert prose("K(jω)^n and second_mode, v^2.") == "K(jω)<sup>n</sup> and second mode, v<sup>2</sup>."
+    assert sentence("K(jω)^n and second_mode, v^2.") == "K(jω)<sup>n</sup> and second mode, v<sup>2</sup>."
+    assert sentence("the rod is <loose> by 1.74e+03 mm") == "The rod is &lt;loose&gt; by 1740 mm."
+    assert "eddy" not in formula("eddy_K*2", ["eddy"]) and "lag" in formula("lag_K + b_K", ["lag", "b"])
+    assert formula("0.666666666666667") == "0.6667"
 
 
 def test_importing_the_room_loads_nothing_heavy() -> None:

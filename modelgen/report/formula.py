@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from markupsafe import Markup, escape
+
+from modelgen.report.words import short
 
 _NAMES = (
     "alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi pi rho sigma tau phi chi psi omega "
@@ -30,9 +33,12 @@ def symbol(name: str) -> Markup:
     )
 
 
-def formula(text: str) -> Markup:
-    """A formula written in plain text (`**`, `*`, names) in HTML; prose passes unchanged."""
-    tokens = _TOKEN.findall(text)
+def formula(text: str, ids: Sequence[str] = ()) -> Markup:
+    """A formula written in plain text (`**`, `*`, names) in HTML; prose passes unchanged.
+
+    ids: effects whose parameters stand in it: semi_inductance_K is shown as K.
+    """
+    tokens = [_own(token, ids) for token in _TOKEN.findall(text.strip())]
     out, at = Markup(""), 0
     while at < len(tokens):
         piece, at = _piece(tokens, at)
@@ -40,9 +46,21 @@ def formula(text: str) -> Markup:
     return out
 
 
-def prose(text: str) -> Markup:
-    """A sentence with its powers raised; ids in it are read as words: semi_inductance, K(jω)^n."""
-    words = re.sub(r"\b[a-z]{3,}(?:_[a-z]{2,})+\b", lambda m: m[0].replace("_", " "), text)
+def _own(name: str, ids: Sequence[str]) -> str:
+    """A parameter's name without the effect's id; its first word is an index where there are several."""
+    for k in ids:
+        if name.startswith(f"{k}_"):
+            short = name.removeprefix(f"{k}_")
+            return short if len(ids) == 1 else f"{short}_{k.split('_')[0]}"
+    return name
+
+
+def sentence(text: str) -> Markup:
+    """Prose with a capital letter, powers raised, figures as printed; semi_inductance is two words."""
+    words = re.sub(r"\b[a-z]{3,}(?:_[a-z]{2,})+\b", lambda m: m[0].replace("_", " "), text.strip())
+    words = re.sub(r"(?<![\w.])\d+(?:\.\d+)?e[-+]?\d+\b", lambda m: short(float(m[0])), words)
+    words = words[:1].upper() + words[1:] if words[1:2].islower() else words
+    words += "." if words and words[-1].isalnum() else ""
     parts = re.split(r"(?:\*\*|\^)(\([^()\s]*\)|[-−]?[\w.]*\w)", words)
     sup = Markup("<sup>{}</sup>")
     return Markup("").join(sup.format(p.strip("()")) if k % 2 else p for k, p in enumerate(parts))
@@ -57,6 +75,8 @@ def _piece(tokens: list[str], at: int) -> tuple[Markup, int]:
         return Markup("·"), at + 1
     if token == "-":
         return Markup("−" if at + 1 < len(tokens) and not tokens[at + 1].isalpha() else "-"), at + 1
+    if re.match(r"\d", token) and len(token) > 6:
+        return escape(short(float(token))), at + 1
     if re.match(r"[A-Za-z]", token) and _is_symbol(token):
         return symbol(token), at + 1
     return escape(token), at + 1

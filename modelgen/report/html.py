@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,10 +14,11 @@ from markupsafe import Markup
 from modelgen.diagnose.verdict import Estimate, Finding, Trace, Verdict
 from modelgen.fit.result import write_atomically
 from modelgen.report import curve as port_curve
-from modelgen.report import plots, words
-from modelgen.report.formula import formula, prose, symbol
+from modelgen.report import lack, plots, words
+from modelgen.report.formula import formula, sentence, symbol
 
 if TYPE_CHECKING:
+    from modelgen.language import Model
     from modelgen.recordings import Case
 
 FIGURES = 6  # recordings that get a figure; the table has all
@@ -25,31 +27,38 @@ BENT = 3.0  # a shift of so many standard deviations is called bent
 NOT_EXCLUDED = 10.0  # ΔBIC to the best within which a hypothesis stands
 
 
-def write_html(verdict: Verdict, path: str | Path, case: Case | None = None) -> None:
-    """Write the page whole or not at all. `case` adds its file name, the outputs' names and known constants.
+def write_html(
+    verdict: Verdict, path: str | Path, case: Case | None = None, model: Model | None = None
+) -> None:
+    """Write the page whole or not at all. `case` adds its file's name, names of outputs and known constants,
+    `model` the units of inputs.
 
     Raises InputError or ToolError, one line, when it can't be written.
     """
-    write_atomically(path, page(verdict, case))
+    write_atomically(path, page(verdict, case, model))
 
 
-def page(verdict: Verdict, case: Case | None = None) -> str:
+def page(verdict: Verdict, case: Case | None = None, model: Model | None = None) -> str:
     """The page as text."""
+    units = _units(verdict, model)
+    ids = [e.id for e in verdict.effects]
     return _template().render(
         v=verdict,
         case_file=case.path.name if case is not None and case.path else "",
         headline=words.headline(verdict),
         summary=words.summary(verdict),
         probability=words.joint_probability(verdict),
-        figures=_figures(verdict, case),
+        figures=_figures(verdict, case, units),
         rows=[_row(t) for t in verdict.traces],
         curve=Markup(port_curve.port(verdict.curve)) if verdict.curve else "",
+        lack=_lack(verdict, units),
+        laws=[formula(law, ids) for law in verdict.law.split(";")] if verdict.law else [],
         slope=port_curve.slope_text(verdict.curve) if verdict.curve else "",
         hypotheses=_hypotheses(verdict),
         shown=HYPOTHESES,
         parameters=_parameters(verdict),
         effect_parameters=[[_own(p, e) for p in e.parameters] for e in verdict.effects],
-        same=not verdict.effects and all(plots.same_model(t) for t in verdict.traces),
+        same=all(plots.same_model(t) for t in verdict.traces) if verdict.traces else not verdict.effects,
         has_holdout=math.isfinite(verdict.before.holdout_over_noise) or math.isfinite(verdict.before.holdout),
     )
 
@@ -69,7 +78,7 @@ def _template() -> Any:
     )
     environment.filters.update(
         number=words.number, short=words.short, percent=words.percent, unit=words.unit_text,
-        words=words.name_of, symbol=symbol, formula=formula, prose=prose, english=words.in_english,
+        words=words.name_of, symbol=symbol, sentence=sentence, english=words.in_english,
     )  # fmt: skip
     environment.globals["measured"] = words.measured
     return environment.get_template("verdict.html.j2")
@@ -105,14 +114,11 @@ def _row(trace: Trace) -> dict[str, Any]:
     }
 
 
-def _figures(verdict: Verdict, case: Case | None) -> list[dict[str, Any]]:
+def _figures(verdict: Verdict, case: Case | None, units: Mapping[str, str]) -> list[dict[str, Any]]:
     """A figure for each recording, or for those that the model misses most and the worst hold-out."""
     by_misfit = sorted(verdict.traces, key=lambda t: rms(t.white_before, t.outliers), reverse=True)
     chosen = [t for t in by_misfit if t.role == "holdout"][:2]
     chosen += [t for t in by_misfit if t not in chosen][: FIGURES - len(chosen)]
-    units = {m.axis: m.unit for m in verdict.mismatch}
-    if verdict.curve:
-        units[verdict.curve.x_name] = verdict.curve.x_unit
     found = []
     for k, trace in enumerate(t for t in verdict.traces if t in chosen):
         output, constants = _known(trace, case)
@@ -126,12 +132,29 @@ def _figures(verdict: Verdict, case: Case | None) -> list[dict[str, Any]]:
     return found
 
 
+def _units(verdict: Verdict, model: Model | None) -> dict[str, str]:
+    """Units of inputs: the model's, or those that the verdict happens to name."""
+    units = {m.axis: m.unit for m in verdict.mismatch}
+    if verdict.curve:
+        units[verdict.curve.x_name] = verdict.curve.x_unit
+    return units | ({i.name: i.unit for i in model.inputs} if model is not None else {})
+
+
 def _known(trace: Trace, case: Case | None) -> tuple[str, dict[str, float]]:
     """Name of the output and the constants of a recording, as the case has them."""
     for recording in case.recordings if case is not None else ():
         if recording.name == trace.name:
             return next(iter(recording.outputs), ""), dict(recording.constants)
     return "", {}
+
+
+def _lack(verdict: Verdict, units: Mapping[str, str]) -> dict[str, Any] | None:
+    """Time records: what the model before lacks, over stroke and speed, where it is missed most."""
+    records = [t for t in verdict.traces if lack.drawable(t) and t.role != "holdout"]
+    if verdict.curve or verdict.adequate or not records:
+        return None
+    trace = max(records, key=lambda t: rms(t.white_before, t.outliers))
+    return {"svg": Markup(lack.lack(trace, units)), "name": trace.name, "same": plots.same_model(trace)}
 
 
 def _hypotheses(verdict: Verdict) -> list[dict[str, Any]]:

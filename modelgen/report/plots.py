@@ -187,10 +187,15 @@ def _residuals(figure: Figure, trace: Trace, marks: list[Mismatch]) -> None:
     for axes, (title, white, color) in zip(lower, whites, strict=True):
         _noise_band(axes)
         for c, channel in enumerate(white):
-            _residual(axes, trace.x, fold(channel), color, 0.5 if c else 1.0)
-        out = np.flatnonzero(trace.outliers)
+            kept = np.where(trace.outliers, np.nan, channel)
+            _residual(axes, trace.x, fold(kept), color, 0.5 if c else 1.0)
+        out = trace.x[trace.outliers]
         out = out[every(len(out), 200)]
-        axes.plot(trace.x[out], fold(white[0][out]), "x", color=svg.MARK, markersize=6, markeredgewidth=1.3)
+        foot, across = (
+            np.full(len(out), 0.05),
+            axes.get_xaxis_transform(),
+        )  # without weight
+        axes.plot(out, foot, "x", color=svg.MARK, markersize=6, markeredgewidth=1.3, transform=across)
         axes.set_title(title)
         folded_ticks(axes, most)
         _axis(axes, trace, trace.x, marks)
