@@ -23,7 +23,7 @@ SAMPLES = 1500
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A recording: what is done, in words; recorded inputs (n,); values known there; noise over that of now."""
+    """A recording: what is done, in words; recorded inputs (n,); values known there; noise over today's."""
 
     says: str
     inputs: Mapping[str, Array]
@@ -42,7 +42,7 @@ def plans(model: Model, series: Sequence[Series], k: int, known: Mapping[str, fl
     return tuple(made)
 
 
-# -- along frequency ------------------------------------------------------------------------------------------
+# -- along frequency -----------------------------------------------------------------------------------------
 
 
 def _sweeps(model: Model, series: Sequence[Series], k: int, known: Mapping[str, float]) -> Iterator[Plan]:
@@ -88,7 +88,7 @@ def _has_unit(p: Parameter, unit: str) -> bool:
     return True
 
 
-# -- along time -----------------------------------------------------------------------------------------------
+# -- along time ----------------------------------------------------------------------------------------------
 
 
 def _motions(model: Model, s: Series) -> Iterator[Plan]:

@@ -1,6 +1,6 @@
 """Which recording would tell rival hypotheses apart.
 
-Each of a menu is simulated by the best one, and the rivals are fitted to it together with what is there already.
+Each of a menu is simulated by the best one, and the rivals are fitted to it and to what is there already.
 """
 
 from __future__ import annotations
