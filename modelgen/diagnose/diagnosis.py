@@ -11,7 +11,7 @@ import numpy as np
 
 from modelgen.diagnose.conclude import conclude
 from modelgen.diagnose.hypothesis import Hypothesis, additions, make_hypotheses
-from modelgen.diagnose.noise import masked, outliers
+from modelgen.diagnose.noise import errors_in_motion, masked, outliers
 from modelgen.diagnose.refit import Fit, Judge, base_starts
 from modelgen.diagnose.scales import port_scale, record_scales
 from modelgen.diagnose.search import Outcome, Progress, Setting, search, white_judge
@@ -19,6 +19,7 @@ from modelgen.diagnose.thin import thin
 from modelgen.diagnose.verdict import Verdict
 from modelgen.effects import Effect
 from modelgen.fit import PSO
+from modelgen.fit.experiment import Experiment, experiment
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array, Series, make_series
 from modelgen.language import Model
@@ -73,13 +74,13 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
     series = tuple(make_series(model, case, r) for r in case.fit)
     base = make_hypotheses(model, case, series, [()])
     if not base:
-        from modelgen.fit.experiment import experiment
-
         experiment(model, case, series).problem()  # says in one line what is wrong
     judge = white_judge(series)
     fit = _fit_base(base[0], judge, seed)
     marks = tuple(outliers(e) for e in fit.white)
     series = masked(_levelled(series, fit), marks)
+    if model.is_time_model:
+        series = tuple(_with_motion(model, case, fit, k, s) for k, s in enumerate(series))
     base = make_hypotheses(model, case, series, [()])
     judge = white_judge(series)
     fit = judge.fit(base[0], [fit.theta, *base_starts(base[0], seed, 4)])
@@ -98,6 +99,17 @@ def _fit_base(h: Hypothesis, judge: Judge, seed: int) -> Fit:
         swarms = [PSO(particles=60, iterations=300).run(problem, seed=seed + k) for k in range(2)]
         starts += [np.asarray(x.theta) for x in swarms]
     return judge.fit(h, starts, iterations=150)
+
+
+def _with_motion(model: Model, case: Case, fit: Fit, k: int, s: Series) -> Series:
+    """The series with errors of its motion among the noise, by the base as it is fitted."""
+    e = fit.hypothesis.experiment
+
+    def force(changed: Series) -> Array:
+        one = Experiment(e.model, e.function, replace(e.layout, place=e.layout.place[k : k + 1]), (changed,), e.constants)
+        return one.raw(fit.theta, 0)
+
+    return errors_in_motion(model, case, case.fit[k], s, force)
 
 
 def _levelled(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from modelgen.fit.series import Array, Series, Whitener
+from modelgen.language import Model
+from modelgen.recordings import Case, Recording
 
 GROSS = 6.0
 """A sample this many robust standard deviations from its neighbours' median is an outlier."""
@@ -72,14 +74,47 @@ def coloured(whiteners: Sequence[Whitener], white: Sequence[Array], most: int) -
     )
 
 
-def signs(white: Sequence[Array]) -> float:
-    """Largest z-score of lag-1 … 4 correlation over all recordings: how far residuals are from independent."""
-    worst = 0.0
-    for x in white:
-        for row in x:
-            n = len(row)
-            d = row - row.mean()
-            power = float(d @ d) or 1.0
-            for lag in range(1, min(5, n - 2)):
-                worst = max(worst, float(d[lag:] @ d[:-lag]) / power * np.sqrt(n))
-    return worst
+ENDS = 4.0
+"""How much worse a smoothed motion is near the ends of a record than its own estimate says."""
+
+
+def errors_in_motion(model: Model, case: Case, recording: Recording, s: Series, force: Callable[[Series], Array]) -> Series:
+    """The series with the noise that errors of the smoothed displacement and of its rate make in the output.
+
+    `force` evaluates the base at its fit on a series; errors of displacement are propagated through it, sample by
+    sample, so that they count as noise and not as physics.
+    """
+    motion = {i.derived[0]: i.name for i in model.inputs if i.derived}
+    moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
+    if moved is None:
+        return s
+    from modelgen.recordings.kinematics import kinematics
+
+    k = kinematics(recording.inputs[model.axis], recording.inputs[moved], case.noise.sigma.get(moved))
+    n = np.arange(s.n)
+    window = np.maximum(np.broadcast_to(k.window, s.n), 1)
+    ends = np.where((n < window) | (s.n - 1 - n < window), ENDS, 1.5)
+    base = force(s)
+    off = np.zeros(s.n)
+    for name, std in ((motion["rate"], k.sigma_v), (moved, k.sigma_z)):
+        std = np.broadcast_to(std, s.n) * ends
+        if np.any(std > 0) and np.all(np.isfinite(std)):
+            slope = (force(replace(s, inputs={**s.inputs, name: s.inputs[name] + std})) - base)[0]
+            off += slope**2 if name != moved else (np.clip(slope, -np.abs(base[0]).max(), np.abs(base[0]).max())) ** 2
+    level = np.sqrt(1.0 + np.mean(np.abs(s.whitener.weight), axis=0) ** 2 * off)
+    return replace(s, whitener=s.whitener.masked(1.0 / level))
+
+
+def local_level(white: Array) -> Array:
+    """(n,) slowly varying level of a residual, 1 in the mean square; 1 everywhere when it is even."""
+    n = white.shape[1]
+    width = max(64, n // 24)
+    if n < 6 * width:
+        return np.ones(n)
+    power = np.minimum(np.mean(white**2, axis=0), 9.0 * np.mean(white**2))
+    used = (np.abs(white).sum(axis=0) > 0).astype(float)
+    kernel = np.ones(width)
+    smooth = np.convolve(power * used, kernel, "same") / np.maximum(np.convolve(used, kernel, "same"), 1.0)
+    smooth = np.maximum(smooth, 0.2 * np.mean(smooth))
+    even = float(smooth.max() / smooth.min()) < (1.0 + 6.0 * np.sqrt(2.0 / width)) ** 2
+    return np.ones(n) if even else np.asarray(np.sqrt(smooth / np.mean(smooth)))

@@ -9,7 +9,7 @@ import numpy as np
 
 from modelgen.diagnose.evidence import levels
 from modelgen.diagnose.hypothesis import Addition, Hypothesis, make_hypotheses
-from modelgen.diagnose.noise import coloured
+from modelgen.diagnose.noise import coloured, local_level
 from modelgen.diagnose.refit import Fit, Judge, refine
 from modelgen.diagnose.screen import Score, Tangent, score
 from modelgen.fit.series import Series
@@ -112,10 +112,13 @@ def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score])
 def _recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judge, Fit, list[Fit]]:
     """Judge again with the colour of the best hypothesis' residual, where that has one."""
     best = min([base, *fits], key=lambda f: f.bic)
-    plain = tuple(replace(w, ar=None) for w in judge.whiteners)
+    plain = tuple(replace(x.whitener, ar=None) for x in s.series)
+    white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
+    uneven = [local_level(e) if s.model.is_time_model else np.ones(e.shape[1]) for e in white]
+    plain = tuple(w if np.all(u == 1) else w.masked(1 / u) for w, u in zip(plain, uneven, strict=True))
     white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
     filters = coloured(plain, white, s.colour)
-    if all(w.ar is None for w in filters):
+    if all(w.ar is None for w in filters) and all(np.all(u == 1) for u in uneven):
         return judge, base, fits
     new = Judge(filters, judge.prior)
     rough = sorted((new.look(f.hypothesis, f.theta) for f in fits), key=lambda f: f.bic)
