@@ -192,6 +192,24 @@ def test_empty_verdict_has_a_page() -> None:
     assert "Nothing is missing" in Page(page(v)).text
 
 
+def test_what_is_missing_in_time_is_drawn_where_no_curve_is_given() -> None:
+    v = replace(verdicts.missing_backlash(), curve=None)
+    assert "a loop over both has a memory" in Page(page(v)).text
+    held = v.traces[0]
+    hold = replace(held, inputs={"t": held.x, "z": np.minimum(held.x, 2.0)})
+    assert "the logarithm of time" in Page(page(replace(v, traces=(hold,)))).text
+    assert "What is missing" not in Page(page(verdicts.adequate())).text
+
+
+def test_units_of_inputs_come_from_the_model() -> None:
+    from modelgen.models import load
+
+    v = replace(verdicts.missing_backlash(400), curve=None, mismatch=())
+    assert "z [mm]" not in page(v)
+    text = page(v, model=load("modified_dahl"))
+    assert "z [mm]" in text and "speed [mm/s]" in text
+
+
 # ---- the terminal
 
 

@@ -60,7 +60,7 @@ def sentence(text: str) -> Markup:
     words = re.sub(r"\b[a-z]{3,}(?:_[a-z]{2,})+\b", lambda m: m[0].replace("_", " "), text.strip())
     words = re.sub(r"(?<![\w.])\d+(?:\.\d+)?e[-+]?\d+\b", lambda m: short(float(m[0])), words)
     words = words[:1].upper() + words[1:] if words[1:2].islower() else words
-    words += "." if words and words[-1].isalnum() else ""
+    words += "." if words and words[-1] not in ".!?" else ""
     parts = re.split(r"(?:\*\*|\^)(\([^()\s]*\)|[-−]?[\w.]*\w)", words)
     sup = Markup("<sup>{}</sup>")
     return Markup("").join(sup.format(p.strip("()")) if k % 2 else p for k, p in enumerate(parts))

@@ -154,7 +154,12 @@ def _lack(verdict: Verdict, units: Mapping[str, str]) -> dict[str, Any] | None:
     if verdict.curve or verdict.adequate or not records:
         return None
     trace = max(records, key=lambda t: rms(t.white_before, t.outliers))
-    return {"svg": Markup(lack.lack(trace, units)), "name": trace.name, "same": plots.same_model(trace)}
+    return {
+        "svg": Markup(lack.lack(trace, units)),
+        "name": trace.name,
+        "same": plots.same_model(trace),
+        "cyclic": lack.cyclic(trace),
+    }
 
 
 def _hypotheses(verdict: Verdict) -> list[dict[str, Any]]:

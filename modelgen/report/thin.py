@@ -30,14 +30,19 @@ def every(n: int, most: int) -> Array:
     return np.arange(n) if n <= most else np.unique(np.linspace(0, n - 1, most).round().astype(int))
 
 
+def upward(signal: Array) -> int:
+    """How often `signal` (n,) crosses its mean upwards."""
+    centred = np.nan_to_num(signal - np.nanmean(signal)) if len(signal) else signal
+    return int(np.sum((centred[:-1] < 0) & (centred[1:] >= 0)))
+
+
 def excerpt(signal: Array, misfit: Array, cycles: float = 3.0, fewest: int = 60) -> slice:
     """About three cycles of `signal` (n,) around where the squared `misfit` (n,) is greatest; all if short.
 
     A cycle is the record over its number of upward crossings of the mean.
     """
     n = len(signal)
-    centred = np.nan_to_num(signal - np.nanmean(signal)) if n else signal
-    ups = int(np.sum((centred[:-1] < 0) & (centred[1:] >= 0)))
+    ups = upward(signal)
     width = n if ups == 0 else max(int(np.ceil(cycles * n / ups)), fewest)
     if width >= n:
         return slice(0, n)
