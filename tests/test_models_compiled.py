@@ -27,11 +27,7 @@ VARIANTS = (
     ("modified_dahl", {}),
     ("modified_dahl", {"b": 0.6}),
     ("modified_dahl", {"b": 1.7}),
-    pytest.param(
-        "modified_dahl",
-        {"initial": "steady"},
-        marks=pytest.mark.xfail(reason="C: an initial value of parameters alone takes the state's own name"),
-    ),
+    ("modified_dahl", {"initial": "steady"}),
 )
 
 

@@ -196,6 +196,8 @@ class Stages:
         graph, masks = sample.graph, self._masks(sample)
         need = [a for a in graph.needed_until(roots, set(place))]
         printer = self._printer(sample, {})
+        for n in (*self.state_names, *self.sensitivity_names):
+            printer.names[graph.input(n)] = printer._fresh(c_name(n.replace(" ", "_")))
         setup = self._parameters(printer, need, masks, free=True)
         setup += printer.lines([a for a in need if not masks[a] & (SAMPLE | STATE) and a not in place], roots)
         loads = []
@@ -205,8 +207,6 @@ class Stages:
                 loads.append(f"const double {name} = {text};")
         if self.batch:
             loads = self._inputs(printer, need)
-        for n in (*self.state_names, *self.sensitivity_names):
-            printer.names[graph.input(n)] = printer._fresh(c_name(n.replace(" ", "_")))
         body = loads + printer.lines(
             [a for a in need if masks[a] & (SAMPLE | STATE) and a not in place], roots
         )
@@ -236,10 +236,10 @@ class Stages:
         roots = [n for s in self.program.model.statements for n in _both(c, sample.equations[s.name])]
         need = graph.needed([*roots, *sample.states.values()])
         printer = self._printer(sample, {})
-        setup = self._parameters(printer, need, masks, free=True)
-        setup += printer.lines([a for a in need if not masks[a] & (SAMPLE | STATE)], roots)
         for n in self.state_names:
             printer.names[graph.input(n)] = printer._fresh(c_name(n))
+        setup = self._parameters(printer, need, masks, free=True)
+        setup += printer.lines([a for a in need if not masks[a] & (SAMPLE | STATE)], roots)
         body = self._inputs(printer, need) + printer.lines(
             [a for a in need if masks[a] & (SAMPLE | STATE)], roots
         )
