@@ -36,8 +36,8 @@ def cyclic(trace: Trace) -> bool:
 def lack(trace: Trace, units: Mapping[str, str], key: str = "l") -> str:
     """Data minus model before (dots), model after minus before (line), over stroke and speed, as an SVG.
 
-    One stretch of about three cycles, that which the model before misses most. A record without cycles is drawn over
-    time and stroke: a relaxation is read over the logarithm of time.
+    One stretch of about three cycles, that which the model before misses most. A record without cycles is drawn
+    over time and stroke: a relaxation is read over the logarithm of time.
     """
     from matplotlib.figure import Figure
 
