@@ -36,7 +36,7 @@ def cyclic(trace: Trace) -> bool:
 def lack(trace: Trace, units: Mapping[str, str], key: str = "l") -> str:
     """Data minus model before (dots), model after minus before (line), over stroke and speed, as an SVG.
 
-    One stretch of about three cycles, that which the model before misses most. A record without cycles is drawn
+    One stretch of about three cycles, the one missed most by the model before. Records without cycles are drawn
     over time and stroke: a relaxation is read over the logarithm of time.
     """
     from matplotlib.figure import Figure
