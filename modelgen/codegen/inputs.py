@@ -60,12 +60,17 @@ def _motion(
     """Input `of`, smoothed as far as its noise demands, and what is derived from its motion and not given."""
     from modelgen.recordings.kinematics import kinematics
 
+    from modelgen.recordings.envelope import amplitude, quadrature
+
     k = kinematics(arrays[model.axis], arrays[of], sigma.get(of, 0.0))
-    found = {"rate": k.v, "acceleration": k.a, "turning": k.z_turn}
+    found = {
+        "rate": lambda: k.v, "acceleration": lambda: k.a, "turning": lambda: k.z_turn,
+        "amplitude": lambda: amplitude(k.z), "quadrature": lambda: quadrature(k.z),
+    }  # fmt: skip
     wanted = {
-        i.name: found[i.derived[0]]
+        i.name: found[i.derived[0]]()
         for i in model.inputs
-        if i.derived and i.derived[1] == of and i.derived[0] in found
+        if i.derived and i.derived[1] == of and i.derived[0] in found and i.name not in arrays
     }
-    new = {of: k.z, **{n: x for n, x in wanted.items() if n not in arrays}}
+    new = {of: k.z, **wanted}
     return {n: np.ascontiguousarray(x) for n, x in new.items()}

@@ -23,12 +23,16 @@ SAMPLES = 1500
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A recording: what is done, in words; recorded inputs (n,); values known there; noise over today's."""
+    """A recording: what is done, in words; recorded inputs (n,); values known there; noise over today's.
+
+    averaged: nothing but the noise is other than now.
+    """
 
     says: str
     inputs: Mapping[str, Array]
     constants: Mapping[str, float] = field(default_factory=dict)
     quiet: float = 1.0
+    averaged: bool = False
 
 
 def plans(model: Model, series: Sequence[Series], k: int, known: Mapping[str, float]) -> tuple[Plan, ...]:
@@ -62,7 +66,7 @@ def _sweeps(model: Model, series: Sequence[Series], k: int, known: Mapping[str, 
     yield band(low, REACH * high)
     yield band(low / REACH, high)
     yield band(low / REACH, REACH * high)
-    yield Plan("the same sweep averaged 16 times", same, quiet=0.25)
+    yield Plan("the same sweep averaged 16 times", same, quiet=0.25, averaged=True)
     mass = next((p for p in model.scalar_parameters if _has_unit(p, "kg")), None)
     if mass is not None and mass.name in series[k].constants:
         more = LOAD * known[mass.name]
@@ -100,7 +104,7 @@ def _motions(model: Model, s: Series) -> Iterator[Plan]:
     half = {n: 0.5 * float(np.ptp(v)) for n, v in x.items()}
     at = ", ".join(_value(half[i.name], i.unit) for i in driven)
 
-    def motion(says: str, t: Array, x: Mapping[str, Array], quiet: float = quiet) -> Plan:
+    def motion(says: str, t: Array, x: Mapping[str, Array]) -> Plan:
         return Plan(says, {axis: t, **x}, quiet=quiet)
 
     def scaled(by: float) -> dict[str, Array]:
@@ -115,7 +119,7 @@ def _motions(model: Model, s: Series) -> Iterator[Plan]:
     yield motion(
         f"the same motion about a mean that is higher by {at}", t, {n: v + half[n] for n, v in x.items()}
     )
-    yield motion("the same motion averaged 16 times", t, x, quiet / 4)
+    yield Plan("the same motion averaged 16 times", {axis: t, **x}, quiet=quiet / 4, averaged=True)
     rise = 0.5 - 0.5 * np.cos(np.pi * np.clip((t - t[0] - 0.05 * length) / (0.03 * length), 0.0, 1.0))
     step = {n: middle[n] + half[n] * (2 * rise - 1) for n in x}
     yield motion(f"a step from end to end of the stroke, held for {_value(0.92 * length, unit)}", t, step)

@@ -96,11 +96,16 @@ def errors_in_motion(model: Model, case: Case, recording: Recording, s: Series, 
     ends = np.where((n < window) | (s.n - 1 - n < window), ENDS, 1.5)
     base = force(s)
     off = np.zeros(s.n)
-    for name, std in ((motion["rate"], k.sigma_v), (moved, k.sigma_z)):
+    places = {motion["rate"]: k.sigma_v, moved: k.sigma_z}
+    for name, std in places.items():
         std = np.broadcast_to(std, s.n) * ends
-        if np.any(std > 0) and np.all(np.isfinite(std)):
-            slope = (force(replace(s, inputs={**s.inputs, name: s.inputs[name] + std})) - base)[0]
-            off += slope**2 if name != moved else (np.clip(slope, -np.abs(base[0]).max(), np.abs(base[0]).max())) ** 2
+        if not (np.any(std > 0) and np.all(np.isfinite(std))):
+            continue
+        shifted = {name: s.inputs[name] + std}
+        if name == moved:  # the whole path moves, so that no step of it changes
+            before = np.concatenate([std[:1], std[:-1]])
+            shifted |= {motion[m]: s.inputs[motion[m]] + d for m, d in (("turning", before), ("previous", before)) if m in motion}
+        off += (force(replace(s, inputs={**s.inputs, **shifted})) - base)[0] ** 2
     level = np.sqrt(1.0 + np.mean(np.abs(s.whitener.weight), axis=0) ** 2 * off)
     return replace(s, whitener=s.whitener.masked(1.0 / level))
 

@@ -27,6 +27,8 @@ RIVALS = 3
 """Rivals that a recording has to tell from the best hypothesis."""
 CLEAR = 6.0
 """χ² below which a recording would tell nothing."""
+ROUGH = 4.0
+"""χ² per sample from which the best hypothesis' own errors hide more than the noise does: averaging is no help."""
 EXACT = 4000
 """Data up to which what is there already is simulated; of more, the tangent at the rival's fit is taken."""
 
@@ -69,7 +71,8 @@ def _names(best: Fit, rivals: Sequence[Fit]) -> tuple[str, str]:
     theirs = [i for i in dict.fromkeys(i for r in rivals for i in r.ids) if i not in best.ids] or sorted(
         others
     )
-    return " + ".join(ours) or "the model as it is", " and ".join(theirs) or "the model as it is"
+    listed = " and ".join([", ".join(theirs[:-1]), theirs[-1]] if len(theirs) > 1 else theirs)
+    return " + ".join(ours) or "the model as it is", listed or "the model as it is"
 
 
 def propose(
@@ -90,6 +93,8 @@ def propose(
     for plan in plans(setting.model, series, k, known):
         if top is not None and time.perf_counter() > until:
             break
+        if plan.averaged and scale > ROUGH:
+            continue
         new = simulated(setting, judge, best, k, plan)
         if new is None:
             continue

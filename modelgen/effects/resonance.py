@@ -24,38 +24,31 @@ second_mode = Effect(
     (Strength("M_2", "{impedance}*s", text="mass of the resonator"),),
     add_impedance(_resonator),
     (
-        Shape("omega_2", "rad/s", "omega", 0.7, 1.5, 40, text="its resonance when its foot is held"),
+        Shape("omega_2", "rad/s", "omega", 0.7, 1.5, 80, text="its resonance when its foot is held"),
         Shape("Q", "1", "1", 1.0, 500.0, 3, text="its quality factor"),
     ),
     needs=("omega",),
 )
 
+
+def _split(Z: Any, at: Port, p: Values) -> Any:
+    """The share 1/(1 + g) of Z before and g/(1 + g) behind a joint of compliance s = c (1 + g)²/g.
+
+    The mobility is then 1/Z + g jωc/(1 + jωcZ): linear in g, with the new resonance where c alone puts it; for
+    g → ∞ with gc fixed all of Z hangs behind the joint.
+    """
+    give = j * at["omega"] * p["c"] * Z
+    return Z * (1 + give) / (1 + (1 + p["g"]) * give)
+
+
 contact_compliance = Effect(
     "contact_compliance",
     ("load", "mechanical_impedance"),
-    "a joint gives: a share of the moving side hangs behind a spring in series, and moves on its own "
-    "above a second "
-    "resonance",
-    "J. P. Den Hartog, Mechanical Vibrations (1956), sec. 2.3; impedances in series as in L. L. Beranek, "
-    "Acoustics, ch. 3",
-    # The share γ of Z lies behind a joint of compliance c/γ. With γ = 1 the whole load does.
-    (
-        Strength(
-            "gamma", "1", bounds=(0.0, 1.0), text="share of the mechanical load that lies behind the joint"
-        ),
-    ),
-    change(lambda Z, at, p: Z * (1 - p["gamma"] + p["gamma"] / (1 + j * at["omega"] * p["c"] * Z))),
-    (
-        Shape(
-            "c",
-            "1/({stiffness})",
-            "1/(omega*port)",
-            0.5,
-            2.0,
-            24,
-            text="compliance of the joint, times that share",
-        ),
-    ),
+    "a joint gives: a part of the moving side hangs behind a spring in series, and has a second resonance on it",
+    "J. P. Den Hartog, Mechanical Vibrations (1956), sec. 2.3 and 3.2: two masses on a spring",
+    (Strength("g", "1", text="what moves behind the joint over what moves before it"),),
+    change(_split),
+    (Shape("c", "1/({stiffness})", "1/(omega*port)", 0.02, 2.0, 80, text="1/(ω²M) at the new resonance"),),
     needs=("omega",),
 )
 

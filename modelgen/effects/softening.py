@@ -3,53 +3,23 @@
 from sympy import Symbol
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, at_start, unit_of
-from modelgen.language import Abs, Equation, Max, Model, Piecewise, Port, State, exp
+from modelgen.language import Abs, Input, Max, Model, Port, State, amplitude_of, exp
 
 PAYNE = "A. R. Payne, J. Appl. Polym. Sci. 6 (1962) 57; G. Kraus, Appl. Polym. Symp. 39 (1984) 75"
-KRAUS = 1.2  # 2m in Kraus' law: 1.1 to 1.2 for all fillers
+KRAUS = 1.6  # 2m in Kraus' law: 1.1 to 1.2 for carbon black, 2 in the form that is often used
 MULLINS = "L. Mullins, Rubber Chem. Technol. 42 (1969) 339"
 SOFTENS = "the stiffness falls with the amplitude of the motion, as a network of filler breaks and mends"
 
-REVERSAL = 0.2
-"""A way back of this share of the swing makes a reversal, so that noise makes none."""
 
-
-def half_swing(name: str, model: Model, at: Port) -> tuple[Equation | State, ...]:
-    """Statements after which the equation `name` is half the running swing, or half the one before if more.
-
-    Whatever the offset and the frequency; a growing motion counts at once, a shrinking one when it turns.
-    """
-    z, unit, start = at["z"], unit_of(model, at["z"]), at_start(model, at["z"])
-    way, tip, foot, old = (Symbol(f"{name}_{n}", real=True) for n in ("way", "tip", "foot", "old"))
-    turned = Equation(
-        f"{name}_turned", Piecewise((1, way * (tip - z) > REVERSAL * Abs(tip - foot)), (0, True))
-    )
-    back = turned.symbol > 0.5
-    further = Piecewise((z, back), (way * Max(way * tip, way * z), True))
-    return (
-        turned,
-        State(
-            old.name,
-            start,
-            Piecewise((foot, back), (old, True)),
-            unit=unit,
-            text="where the swing before began",
-        ),
-        State(
-            foot.name, start, Piecewise((tip, back), (foot, True)), unit=unit, text="where the swing began"
-        ),
-        State(way.name, 1, Piecewise((-way, back), (way, True)), text="its direction"),
-        State(tip.name, start, further, unit=unit, text="how far it has come"),
-        Equation(name, Max(Abs(tip - foot), Abs(foot - old)) / 2, unit, text="amplitude of the motion"),
-    )
+def moved_input(model: Model) -> Input:
+    """The recorded displacement of a time model."""
+    name = next(i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate")
+    return next(i for i in model.inputs if i.name == name)
 
 
 def _payne(model: Model, port: Port, p: Values) -> Model:
-    A = Symbol("payne_softening_A", real=True)
-    statements = half_swing(A.name, model, port)
-    return model.extend(
-        port.equation, lambda k: k + p["k_0"] / (1 + (A / p["A_c"]) ** KRAUS), statements=statements
-    )
+    A = amplitude_of(moved_input(model))
+    return model.extend(port.equation, lambda k: k + p["k_0"] / (1 + (A / p["A_c"]) ** KRAUS), inputs=(A,))
 
 
 payne_softening = Effect(

@@ -14,7 +14,8 @@ from modelgen.effects.effect import (
     unit_omega,
 )
 from modelgen.effects.ladder import MEMORY, Ladder, arm, z_rest
-from modelgen.language import Model, Port, j, powj, sign
+from modelgen.effects.softening import moved_input
+from modelgen.language import Model, Port, j, powj, quadrature_of, sign
 
 SPRING = ("stiffness", "mechanical_impedance")
 ALPHA = Shape("alpha", "1", "1", 0.03, 0.97, 7, log=False, text="0 for a spring, 1 for a dashpot")
@@ -137,7 +138,25 @@ structural_spring = Effect(
     needs=("z", "v"),
 )
 
+
+def _loss_in_quadrature(model: Model, port: Port, p: Values) -> Model:
+    ahead = quadrature_of(moved_input(model))
+    return model.extend(port.equation, lambda F: F + p["H"] * ahead, inputs=(ahead,))
+
+
+structural_quadrature = Effect(
+    "structural_damping",
+    ("force",),
+    structural_damping.says,
+    structural_damping.source,
+    (Strength("H", "{port}/{z}", text="loss stiffness"),),
+    _loss_in_quadrature,
+    needs=MEMORY,
+    common=2.0,
+)
+
 EFFECTS = (
+    structural_quadrature,
     power_law_viscoelasticity, maxwell_branch, structural_damping,
     power_law_force, maxwell_force, structural_force, structural_spring,
 )  # fmt: skip

@@ -135,6 +135,16 @@ def acceleration_of(x: Input, name: str, unit: str) -> Input:
     return Input(name, unit, f"acceleration of {x.name}", ("acceleration", x.name))
 
 
+def amplitude_of(x: Input) -> Input:
+    """Half the swing between turning points that `x` is in (recordings.envelope)."""
+    return Input(f"{x.name}_amplitude", x.unit, f"running amplitude of {x.name}", ("amplitude", x.name))
+
+
+def quadrature_of(x: Input) -> Input:
+    """`x` a quarter of a cycle ahead, at every frequency: its Hilbert transform (recordings.envelope)."""
+    return Input(f"{x.name}_ahead", x.unit, f"{x.name} a quarter of a cycle ahead", ("quadrature", x.name))
+
+
 def turning_point_of(x: Input) -> Input:
     """Where `x` turns inside the step, or its value before the step when it does not turn."""
     return Input(f"{x.name}_turn", x.unit, f"turning point of {x.name} inside the step", ("turning", x.name))

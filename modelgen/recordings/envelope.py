@@ -1,0 +1,56 @@
+"""Slow properties of a motion: its running amplitude, and the same motion a quarter of a cycle later."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+SHARE = 0.05
+"""A way back of this share of the whole range makes a turning point; less is jitter."""
+
+
+def amplitude(z: Array) -> Array:
+    """Half the swing that each sample of z (n,) lies in, from turning point to turning point, in z's unit.
+
+    The parts before the first and after the last turning point take the larger of their own and the next swing's.
+    A record that never turns has half its range throughout.
+    """
+    turns = turning_points(z)
+    if len(turns) < 3:
+        return np.full(len(z), float(np.ptp(z)) / 2)
+    swings = np.abs(np.diff(z[turns])) / 2
+    swings[0], swings[-1] = max(swings[0], swings[min(1, len(swings) - 1)]), max(swings[-1], swings[-2:].max())
+    return np.asarray(np.repeat(swings, np.diff(turns).tolist()[:-1] + [len(z) - turns[-2]]))
+
+
+def turning_points(z: Array) -> Array:
+    """Indices of the record's first sample, its turning points and its last sample."""
+    least = SHARE * float(np.ptp(z))
+    found, high, low = [0], 0, 0
+    rising: bool | None = None
+    for i, x in enumerate(z.tolist()):
+        high = i if x > z[high] else high
+        low = i if x < z[low] else low
+        if rising is not False and z[high] - x > least:
+            found += [high] if rising else []
+            rising, low = False, i
+        elif rising is not True and x - z[low] > least:
+            found += [] if rising is None else [low]
+            rising, high = True, i
+    return np.array([*found, len(z) - 1])
+
+
+def quadrature(z: Array) -> Array:
+    """The Hilbert transform of z (n,), a quarter of a cycle ahead of it: z = cos ωt gives −sin ωt.
+
+    The record is mirrored at both ends, so that they do not ring; a constant gives 0. With it, the loss that takes the
+    same share of the energy in each cycle, at any rate, is a force (as K + jH in the frequency domain).
+    """
+    n = len(z)
+    x = np.concatenate([z[::-1], z, z[::-1]]) - float(np.mean(z))
+    spectrum = np.fft.rfft(x)
+    spectrum[0] = 0.0
+    return np.asarray(np.fft.irfft(1j * spectrum, len(x))[n : 2 * n])
