@@ -194,7 +194,7 @@ def test_empty_verdict_has_a_page() -> None:
 
 def test_what_is_missing_in_time_is_drawn_where_no_curve_is_given() -> None:
     v = replace(verdicts.missing_backlash(), curve=None)
-    assert "a loop over both has a memory" in Page(page(v)).text
+    assert "a line over acceleration to a mass" in Page(page(v)).text
     held = v.traces[0]
     hold = replace(held, inputs={"t": held.x, "z": np.minimum(held.x, 2.0)})
     assert "the logarithm of time" in Page(page(replace(v, traces=(hold,)))).text
@@ -340,6 +340,7 @@ def test_formulas() -> None:
     assert sentence("K(jω)^n and second_mode, v^2.") == "K(jω)<sup>n</sup> and second mode, v<sup>2</sup>."
     assert sentence("the rod is <loose> by 1.74e+03 mm") == "The rod is &lt;loose&gt; by 1740 mm."
     assert "eddy" not in formula("eddy_K*2", ["eddy"]) and "lag" in formula("lag_K + b_K", ["lag", "b"])
+    assert "<i>a</i>" in formula("F = a*M") and formula("a force") == "a force"
     assert formula("0.666666666666667") == "0.6667"
 
 

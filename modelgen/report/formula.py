@@ -59,7 +59,7 @@ def sentence(text: str) -> Markup:
     """Prose with a capital letter, powers raised, figures as printed; semi_inductance is two words."""
     words = re.sub(r"\b[a-z]{3,}(?:_[a-z]{2,})+\b", lambda m: m[0].replace("_", " "), text.strip())
     words = re.sub(r"(?<![\w.])\d+(?:\.\d+)?e[-+]?\d+\b", lambda m: short(float(m[0])), words)
-    words = words[:1].upper() + words[1:] if words[1:2].islower() else words
+    words = re.sub(r"^(?:a|[a-z]{2,})\b", lambda m: m[0][:1].upper() + m[0][1:], words)
     words += "." if words and words[-1] not in ".!?" else ""
     parts = re.split(r"(?:\*\*|\^)(\([^()\s]*\)|[-−]?[\w.]*\w)", words)
     sup = Markup("<sup>{}</sup>")
@@ -77,14 +77,19 @@ def _piece(tokens: list[str], at: int) -> tuple[Markup, int]:
         return Markup("−" if at + 1 < len(tokens) and not tokens[at + 1].isalpha() else "-"), at + 1
     if re.match(r"\d", token) and len(token) > 6:
         return escape(short(float(token))), at + 1
-    if re.match(r"[A-Za-z]", token) and _is_symbol(token):
+    if re.match(r"[A-Za-z]", token) and _is_symbol(token) and not _is_article(tokens, at):
         return symbol(token), at + 1
     return escape(token), at + 1
 
 
 def _is_symbol(word: str) -> bool:
     """Whether a word is a quantity and not prose: a single letter, a Greek name, or one with an index."""
-    return word in _GREEK or (len(word) == 1 and word not in "aAI") or "_" in word
+    return word in _GREEK or len(word) == 1 or "_" in word
+
+
+def _is_article(tokens: list[str], at: int) -> bool:
+    """Whether an "a" or "A" stands before another word: "a force", not "a*M"."""
+    return tokens[at] in "aA" and "".join(tokens[at + 1 : at + 3]).lstrip(" ").isalpha()
 
 
 def _exponent(tokens: list[str], at: int) -> tuple[str, int]:

@@ -1,4 +1,4 @@
-"""The figure of what a model lacks in a time record: the force left over, over displacement and speed."""
+"""The figure of what a model lacks in a time record: the force left over, over how the sample moves."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from modelgen.report import svg
 from modelgen.report.axes import dots, label, linear_ticks, log_ticks, wants_log
 from modelgen.report.plots import LOOP_POINTS, panels, same_model, stroke_of
 from modelgen.report.thin import Array, every, excerpt, upward
+from modelgen.report.words import in_english
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,53 +35,58 @@ def cyclic(trace: Trace) -> bool:
 
 
 def lack(trace: Trace, units: Mapping[str, str], key: str = "l") -> str:
-    """Data minus model before (dots), model after minus before (line), over stroke and speed, as an SVG.
+    """Data minus model before, and model after minus before, over what they may depend on, as an SVG.
 
-    One stretch of about three cycles, the one missed most by the model before. Records without cycles are drawn
-    over time and stroke: a relaxation is read over the logarithm of time.
+    Over stroke, speed and acceleration, in one stretch of about three cycles, the one missed most by the model
+    before. Records without cycles are drawn over time and stroke: a relaxation is read over the log of time.
     """
     from matplotlib.figure import Figure
 
     stroke = stroke_of(trace)
-    z, unit = trace.inputs[stroke], units.get(stroke, "")
-    i = np.arange(len(z))[excerpt(z, np.sum(np.square(trace.white_before), axis=0))]
+    misfit = np.sum(np.square(trace.white_before), axis=0)
+    i = np.arange(len(trace.x))[excerpt(trace.inputs[stroke], misfit, fewest=400)]
     i = i[every(len(i), LOOP_POINTS)]
+    shown = _motion(trace, units) if cyclic(trace) else _time_and_stroke(trace, units)
     name = f"missing {panels(trace)[0].title}"
     with svg.style():
-        figure = Figure(figsize=(9.6, 3.5))
-        room = {"left": 0.055, "right": 0.99, "bottom": 0.13, "top": 0.92, "wspace": 0.14}
-        left, right = figure.subplots(1, 2, gridspec_kw=room)
-        if cyclic(trace):
-            speed = trace.inputs.get("v", np.gradient(z, trace.x))
-            rate = units.get("v", f"{unit}/s" if unit else "")
-            _over(left, z, trace, i, label(stroke, unit))
-            _over(right, speed, trace, i, label("speed", rate))
-        else:
-            later = i[trace.x[i] > 0]
-            _over(
-                left,
-                trace.x,
-                trace,
-                later,
-                label(trace.axis, trace.axis_unit),
-                wants_log(trace.x[later], 100),
-            )
-            _over(right, z, trace, i, label(stroke, unit))
-        for axes in (left, right):
-            axes.set_title(name)
-        beside = "speed" if cyclic(trace) else trace.axis
-        return svg.inline(figure, f"{name} over {stroke} and {beside} in {trace.name}", key)
+        figure = Figure(figsize=(9.6, 3.4))
+        room = {"left": 0.055, "right": 0.99, "bottom": 0.13, "top": 0.92, "wspace": 0.18}
+        for axes, (title, x) in zip(figure.subplots(1, len(shown), gridspec_kw=room), shown, strict=True):
+            _over(axes, x, trace, i, x is trace.x)
+            axes.set_xlabel(title)
+        figure.axes[0].set_title(name)
+        return svg.inline(figure, f"{name} in {trace.name} over {in_english(t for t, _ in shown)}", key)
 
 
-def _over(axes: Axes, x: Array, trace: Trace, i: Array, title: str, log: bool = False) -> None:
-    dots(axes, x[i], (trace.data - trace.before)[i], svg.DATA, 3.4)
+def _motion(trace: Trace, units: Mapping[str, str]) -> list[tuple[str, Array]]:
+    """Stroke, speed and acceleration with their labels; derivatives are the model's where it has them."""
+    stroke = stroke_of(trace)
+    unit = units.get(stroke, "")
+    moving = [(label(stroke, unit), trace.inputs[stroke])]
+    x = trace.inputs[stroke]
+    for name, short, per in (("speed", "v", "/s"), ("acceleration", "a", "/s**2")):
+        x = trace.inputs.get(short, np.gradient(x, trace.x))
+        moving.append((label(name, f"{unit}{per}" if unit else ""), x))
+    return moving
+
+
+def _time_and_stroke(trace: Trace, units: Mapping[str, str]) -> list[tuple[str, Array]]:
+    stroke = stroke_of(trace)
+    return [
+        (label(trace.axis, trace.axis_unit), trace.x),
+        (label(stroke, units.get(stroke, "")), trace.inputs[stroke]),
+    ]
+
+
+def _over(axes: Axes, x: Array, trace: Trace, i: Array, time: bool) -> None:
+    i = i[x[i] > 0] if time and wants_log(x[i][x[i] > 0], 100) else i
+    dots(axes, x[i], (trace.data - trace.before)[i], svg.DATA, 4.5)
     if not same_model(trace):
-        axes.plot(x[i], (trace.after - trace.before)[i], color=svg.AFTER, linewidth=1.3)
+        dots(axes, x[i], (trace.after - trace.before)[i], svg.AFTER, 1.8)
     axes.axhline(0, color=svg.MUTED, linewidth=0.6)
-    axes.set_xlabel(title)
-    if log:
+    if time and wants_log(x[i], 100):
         axes.set_xscale("log")
         log_ticks(axes.xaxis, x[i])
     else:
-        linear_ticks(axes.xaxis)
+        linear_ticks(axes.xaxis, 5)
     linear_ticks(axes.yaxis)
