@@ -37,7 +37,7 @@ def cyclic(trace: Trace) -> bool:
 def lack(trace: Trace, units: Mapping[str, str], key: str = "l") -> str:
     """Data minus model before, and model after minus before, over what they may depend on, as an SVG.
 
-    Over stroke, speed and acceleration, in one stretch of about three cycles, the one missed most by the model
+    Over stroke, speed and acceleration, in a stretch of about three cycles, the one missed most by the model
     before. Records without cycles are drawn over time and stroke: a relaxation is read over the log of time.
     """
     from matplotlib.figure import Figure
@@ -80,7 +80,7 @@ def _time_and_stroke(trace: Trace, units: Mapping[str, str]) -> list[tuple[str, 
 
 def _over(axes: Axes, x: Array, trace: Trace, i: Array, time: bool) -> None:
     i = i[x[i] > 0] if time and wants_log(x[i][x[i] > 0], 100) else i
-    dots(axes, x[i], (trace.data - trace.before)[i], svg.DATA, 4.5)
+    dots(axes, x[i], (trace.data - trace.before)[i], svg.DATA, 3.6)
     if not same_model(trace):
         dots(axes, x[i], (trace.after - trace.before)[i], svg.AFTER, 1.8)
     axes.axhline(0, color=svg.MUTED, linewidth=0.6)
