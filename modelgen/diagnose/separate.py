@@ -28,7 +28,9 @@ RIVALS = 3
 CLEAR = 6.0
 """χ² below which a recording would tell nothing."""
 ROUGH = 4.0
-"""χ² per sample from which the best hypothesis' own errors hide more than the noise does: averaging is no help."""
+"""χ² per sample from which errors of the best hypothesis hide more than noise does: averaging is no help."""
+SPREAD = 4
+"""Further starting points for each effect of a rival that has shapes."""
 EXACT = 4000
 """Data up to which what is there already is simulated; of more, the tangent at the rival's fit is taken."""
 
@@ -204,8 +206,27 @@ def _misfit(rival: Fit, old: Linear, k: int, new: Series) -> float:
         e.layout.names, tuple(q.unit for q in p), low, high, np.clip(start, low, high),
         residual=lambda theta: linearise(theta)[0], linearise=linearise, n_data=len(linearise(start)[0]),
     )  # fmt: skip
-    with np.errstate(all="ignore"):
-        try:
-            return float(GaussNewton(max_iter=20, tol=1e-3).run(problem).value)
-        except (InputError, np.linalg.LinAlgError):
-            return 0.0
+    least = np.inf
+    for other in _starts(rival, start):
+        with np.errstate(all="ignore"):
+            try:
+                found = GaussNewton(max_iter=20, tol=1e-3).run(
+                    replace(problem, start=np.clip(other, low, high))
+                )
+            except (InputError, np.linalg.LinAlgError):
+                continue
+        least = min(least, float(found.value))
+    return least
+
+
+def _starts(rival: Fit, theta: Array) -> list[Array]:
+    """θ, and with the shapes of the rival's effects elsewhere: a new record may ask for quite others."""
+    starts = [theta]
+    for a in rival.hypothesis.added:
+        grid = a.grid()
+        for point in grid[:: max(1, len(grid) // SPREAD)] if a.effect.shapes else []:
+            other = theta.copy()
+            for n, v in point.items():
+                other[rival.hypothesis.names.index(n)] = v
+            starts.append(other)
+    return starts
