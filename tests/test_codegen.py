@@ -69,21 +69,23 @@ def contact() -> Iterator[tuple[str, complex, float]]:
         yield f"D({name}) = D_s+1", found["D_1"], 1e-12
         yield f"G({name}) literal (18), unrounded D_s", found["G_1"], 1e-12
     fractal = build(models.contact_damping.variant(surface="fractal"))
-    given = {
-        "nu_1": 0.3,
-        "nu_2": 0.3,
-        "H": 1.2e9,
-        "M": 1,
-        "gamma": 1.5,
-        "F": 1e7 * AREA,
-        "D_2": 2.0001,
-        "G_2": 1e-18,
-    }
+    given = {"nu_1": 0.3, "nu_2": 0.3, "H": 1.2e9, "M": 1, "gamma": 1.5, "F": 1e7 * AREA}
     for pair, surface in SURFACES.items():
-        found = fractal.all(**given, **smooth, **surface)
-        for name in ("psi", "k", "E", "a1c", "a2c", "H_G2", "a_l", "F_pl", "F_ep", "F_el", "K_el", "K_ep", "K_n",
-                     "W_e", "W_p", "eta", "R_n", "A_r"):  # fmt: skip
+        found = fractal.all(**given, **surface, D_2=surface["D_1"], G_2=0.0)  # the other surface is smooth
+        for name in (
+            "psi", "k", "E", "a1c", "a2c", "H_G2", "a_l", "F_pl", "F_ep", "F_el", "K_el", "K_ep", "K_n",
+            "W_e", "W_p", "eta", "R_n", "A_r",
+        ):  # fmt: skip
             yield f"{pair}: {name}", found[name], 1e-9
+    rod, column, plunger = (2.5747, 2.2525e-10), (2.6167, 2.8175e-10), (2.6214, 2.8890e-10)
+    housing = (2.6167, 2.8175e-10)
+    for pair, (one, other) in {
+        "G-M": (rod, column),
+        "M-D": (column, plunger),
+        "M-H": (column, housing),
+    }.items():
+        found = fractal.all(D_1=one[0], G_1=one[1], D_2=other[0], G_2=other[1])
+        yield f"G_eq {pair} from Table 2", found["G_eq"], 1e-12
     for D in (2.1, 2.3, 2.7, 2.9):
         yield f"psi(D={D})", fractal.all(D_1=D, D_2=D)["psi"], 1e-9
 
