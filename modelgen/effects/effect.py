@@ -74,7 +74,7 @@ def search_range(q: Strength | Shape, scales: Mapping[str, ArrayLike]) -> tuple[
         return q.low, q.high
     known = {n: np.asarray(x, dtype=float) for n, x in scales.items()}
     code = compile(q.scale, q.name, "eval")
-    tools: dict[str, Any] = {"__builtins__": {}, "max": np.max, "min": np.min}
+    tools: dict[str, Any] = {"__builtins__": {}, "max": np.max, "min": np.min, "median": np.median}
     missing = set(code.co_names) - set(known) - set(tools)
     if missing:
         raise KeyError(f"no scale {', '.join(sorted(missing))} for '{q.name}'")
@@ -90,10 +90,11 @@ class Effect:
     `strengths` and `shapes` to the declared parameters (their full names carry the effect's id, so that
     effects compose), which the model has by then. `kinds` are in order of preference: a model with ports of
     several gets the effect at the first. `needs` names the port variables that the effect uses; a port
-    without them is none for it. Several effects may share one id: laws of the same physics, none of which
-    is a special case of another in disguise. `secant` marks effects whose derivative by the strength
-    vanishes at null: they are screened at a finite strength. `family` is what one kind of recording can
-    often not tell apart; `common` > 1 says that practitioners meet it often.
+    without them is none for it; `also` the kinds of other ports that the model must have. Several effects
+    may share one id: laws of the same physics, none of which is a special case of another in disguise.
+    `secant` marks effects whose derivative at null vanishes, or knows nothing of what they do at a finite
+    strength: they are screened there. `family` is what one kind of recording can often not tell apart;
+    `common` > 1 says that practitioners meet it often.
     """
 
     id: str
@@ -104,6 +105,7 @@ class Effect:
     apply: Apply
     shapes: tuple[Shape, ...] = ()
     needs: tuple[str, ...] = ()
+    also: tuple[str, ...] = ()
     family: str = ""
     secant: bool = False
     common: float = 1.0
@@ -111,6 +113,8 @@ class Effect:
     def fits(self, model: Model) -> tuple[Port, ...]:
         """The ports of `model` that this effect can be added to: those of the first of its kinds that there
         is."""
+        if not set(self.also) <= {p.kind for p in model.ports}:
+            return ()
         for kind in self.kinds:
             there = tuple(
                 p for p in model.ports if p.kind == kind and set(self.needs) <= {n for n, _ in p.variables}
@@ -155,7 +159,8 @@ def add(what: Callable[[Port, Values], Any]) -> Apply:
 
 
 def add_impedance(what: Callable[[Port, Values], Any]) -> Apply:
-    """Add a mechanical impedance, force over velocity, at a port of kind mechanical_impedance or stiffness."""
+    """Add a mechanical impedance, force over velocity, at a port of kind mechanical_impedance or stiffness.
+    """
     return add(lambda at, p: what(at, p) * (j * at["omega"] if at.kind == "stiffness" else 1))
 
 
@@ -175,9 +180,7 @@ def at_start(model: Model, expr: Any) -> Any:
         for symbol in x.free_symbols - known.keys():
             s = statements.get(symbol.name)
             if isinstance(s, Implicit):
-                raise InputError(
-                    f"model '{model.id}': no state can start from '{s.name}', it is implicit"
-                )
+                raise InputError(f"model '{model.id}': no state can start from '{s.name}', it is implicit")
             known[symbol] = start(s.expr if isinstance(s, Equation) else s.initial) if s else symbol
         return x.xreplace(known)
 

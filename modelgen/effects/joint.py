@@ -74,6 +74,8 @@ soft_joint = Effect(
     (Strength("c", "{z}/{force}", text="compliance of the joint"),),
     _joint,
     needs=(*MOTION, "t", "t_prev"),
+    also=("force",),
+    common=0.3,
 )
 
 joint_in_a_cycle = Effect(

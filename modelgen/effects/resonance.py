@@ -31,26 +31,38 @@ second_mode = Effect(
 )
 
 
-def _split(Z: Any, at: Port, p: Values) -> Any:
-    """The share 1/(1 + g) of Z before and g/(1 + g) behind a joint of compliance s = c (1 + g)²/g.
+def _joint(spring: str) -> Effect:
+    """A joint in the moving side; before it a mass, and with `spring` also the model's own spring."""
+    s, m = f"s{spring}", f"m{spring}"
 
-    The mobility is then 1/Z + g jωc/(1 + jωcZ): linear in g, with the new resonance where c alone puts it; for
-    g → ∞ with gc fixed all of Z hangs behind the joint.
-    """
-    give = j * at["omega"] * p["c"] * Z
-    return Z * (1 + give) / (1 + (1 + p["g"]) * give)
+    def behind(model: Model, port: Port, p: Values) -> Model:
+        w = port["omega"]
+        near = j * w * p[m]
+        if spring:
+            near += model[next(q.equation for q in model.ports if q.kind == "stiffness")] / (j * w)
+        return model.extend(port.equation, lambda Z: near + (Z - near) / (1 + j * w * p[s] * (Z - near)))
+
+    before = "a mass and the spring" if spring else "a mass"
+    return Effect(
+        "contact_compliance",
+        ("mechanical_impedance",),
+        f"a joint gives: all but {before} hangs behind a spring in series, and has a second resonance on it",
+        "J. P. Den Hartog, Mechanical Vibrations (1956), sec. 3.2: two masses on a spring",
+        (
+            Strength(
+                s, "1/({stiffness})", text="compliance", scale="1/(omega*port)", low=0.02, high=8.0, points=80
+            ),
+        ),
+        behind,
+        (Shape(m, "{impedance}*s", "median(port/omega)", 0.1, 1.0, 5, text="mass before the joint"),),
+        needs=("omega",),
+        also=("stiffness",) if spring else (),
+        secant=True,  # the derivative at null knows nothing of the resonance
+    )
 
 
-contact_compliance = Effect(
-    "contact_compliance",
-    ("load", "mechanical_impedance"),
-    "a joint gives: a part of the moving side hangs behind a spring in series, and has a second resonance on it",
-    "J. P. Den Hartog, Mechanical Vibrations (1956), sec. 2.3 and 3.2: two masses on a spring",
-    (Strength("g", "1", text="what moves behind the joint over what moves before it"),),
-    change(_split),
-    (Shape("c", "1/({stiffness})", "1/(omega*port)", 0.02, 2.0, 80, text="1/(ω²M) at the new resonance"),),
-    needs=("omega",),
-)
+contact_compliance = _joint("")
+joint_behind_the_spring = _joint("_k")
 
 LEVELS = 14
 
@@ -143,4 +155,6 @@ swinging_mass = Effect(
     needs=("a", "t", "t_prev"),
 )
 
-EFFECTS = (second_mode, contact_compliance, distributed_rod, moving_rod, swinging_mass)
+EFFECTS = (
+    second_mode, contact_compliance, joint_behind_the_spring, distributed_rod, moving_rod, swinging_mass,
+)  # fmt: skip
