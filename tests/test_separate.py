@@ -142,7 +142,9 @@ def test_motions_in_time() -> None:
     law = extended(dahl, "maxwell_branch")
     values = {"k_D": 0.4, "c_D": 0.05, "h_D": 0.03, "rho": 1.5, "F_0": 1.0, "r_0": 0.0}
     names = [
-        p.name for p in law.parameters if p.name.startswith("maxwell_branch") and p.default in (None, 0.0)
+        p.name
+        for p in law.scalar_parameters
+        if p.name.startswith("maxwell_branch") and p.default in (None, 0.0)
     ]
     values |= dict.fromkeys(names, 0.1)
     F = np.asarray(build(law)(t=t, z=z, **values)) + 2e-3 * np.random.default_rng(3).normal(size=t.size)
