@@ -1,0 +1,259 @@
+"""Wrong input through the command line: one line on stderr, exit status 2, nothing written."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from modelgen.cli import main
+from modelgen.codegen.compiler import find_compiler
+
+ROOT = Path(__file__).parents[1]
+SWEEP = "f [Hz],Re Z [ohm],Im Z [ohm]\n" + "".join(
+    f"{f},{6 + 3 / (1 + ((f - 60) / 9) ** 2):.4f},{0.003 * f:.4f}\n" for f in range(20, 420, 20)
+)
+CASE = 'model = "electrodynamic_transducer"\n[constants]\nM_m = 0.015\n[[recording]]\nfile = "sweep.csv"\n'
+SPRING = """
+from modelgen.language import *
+f = Input("f", "Hz")
+R, X = Parameter("R", "ohm", 1.0), Parameter("X", "ohm*s", 1e-3)
+Z = Equation("Z", R + j * f * X, "ohm")
+coil = Model("coil", inputs=(f,), parameters=(R, X), statements=(Z,), outputs=("Z",))
+"""
+Run = Callable[..., str]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a good case, where the commands run."""
+    (tmp_path / "sweep.csv").write_text(SWEEP)
+    (tmp_path / "case.toml").write_text(CASE)
+    (tmp_path / "coil.py").write_text(SPRING)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Run a command that must be refused; returns its one line."""
+
+    def run(*arguments: str, status: int = 2) -> str:
+        before = contents(folder)
+        assert main(arguments) == status
+        out, err = capsys.readouterr()
+        assert out == "" and err.count("\n") == 1 and err.startswith("modelgen: "), (out, err)
+        assert "Traceback" not in err and contents(folder) == before
+        return err.removeprefix("modelgen: ").rstrip("\n")
+
+    return run
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    files = (p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
+    return {str(p): p.read_bytes() for p in files}
+
+
+def test_the_case_itself_is_good(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fit", "case.toml", "--json", "fit.json"]) == 0
+    assert "Bl" in capsys.readouterr().out and (folder / "fit.json").exists()
+
+
+TABLES = {
+    "": "empty",
+    "f [Hz],Re Z [ohm],Im Z [ohm]\n": "no data|no line|empty|no row",
+    SWEEP.replace("40,", "40,nan,", 1).replace(",nan,6", ",nan", 1): "line 3",
+    SWEEP.replace("40,", "forty,", 1): "line 3.*forty",
+    SWEEP.replace("f [Hz]", "f [m]"): "f.*'m'",
+    SWEEP.replace("f [Hz]", "f [herz]"): "herz",
+    SWEEP.replace("f [Hz]", "f"): "f.*unit",
+    SWEEP.replace("Re Z [ohm]", "Re Z"): "Re Z.*unit",
+    SWEEP + "400,6,1\n": "400",
+    SWEEP.replace("Im Z [ohm]", "Re Z [ohm]"): "Re Z",
+    "f [Hz],Re Z [ohm],Im Z [ohm]\n20,6,0\n40,6,1\n": "4 data values cannot determine 5 parameters",
+    "f [Hz],x [m]\n1,2\n2,3\n": "Z",
+    "\x00\x01\x02": "sweep.csv",
+}
+
+
+@pytest.mark.parametrize(("table", "says"), TABLES.items(), ids=range(len(TABLES)))
+def test_tables(table: str, says: str, folder: Path, refused: Run) -> None:
+    (folder / "sweep.csv").write_text(table)
+    for command in ("fit", "diagnose"):
+        line = refused(command, "case.toml", "--json", "out.json")
+        assert matches(says, line), line
+
+
+def matches(says: str, line: str) -> bool:
+    import re
+
+    return re.search(says, line) is not None
+
+
+CASES = {
+    CASE.replace("sweep.csv", "sweeep.csv"): "sweeep.csv",
+    CASE.replace(
+        "electrodynamic", "electrodinamic"
+    ): "unknown model.*did you mean 'electrodynamic_transducer'",
+    CASE.replace("M_m", "M_n"): "no parameter 'M_n', did you mean 'M_m'",
+    CASE.replace("[[rec", "[bounds]\nBl = [9, 1]\n[[rec"): "Bl = \\[9, 1\\]: wanted low below high",
+    CASE.replace("[[rec", "[bounds]\nM_m = [0.01, 0.1]\n[[rec"): "M_m: has a bound and a constant",
+    CASE.replace("[[rec", "[noise]\nZZ_relative = 1e-3\n[[rec"): "no such channel",
+    CASE.replace("M_m = 0.015", "M_m = 'heavy'"): "wanted a number",
+    CASE.replace("M_m = 0.015", "M_m = nan"): "wanted a finite number",
+    CASE.replace("M_m = 0.015", "M_m = "): "line 3",
+    CASE + 'role = "test"\n': 'wanted "fit" or "holdout"',
+    CASE + 'role = "holdout"\n': 'no recording has role = "fit"',
+    'per_recording = ["Cl"]\n' + CASE: "no parameter 'Cl', did you mean 'Bl'",
+    CASE.replace("[constants]", '[options]\neddy = "exact"\n[constants]'): "has no options",
+    "": "model: missing",
+}
+
+
+@pytest.mark.parametrize(("case", "says"), CASES.items(), ids=range(len(CASES)))
+def test_cases(case: str, says: str, folder: Path, refused: Run) -> None:
+    (folder / "case.toml").write_text(case)
+    for command in ("fit", "diagnose"):
+        line = refused(command, "case.toml", "--json", "out.json")
+        assert matches(says, line), line
+
+
+def test_a_case_that_leaves_nothing_free(folder: Path, refused: Run) -> None:
+    held = "R_e = 6\nL_e = 1e-3\nBl = 5\nM_m = 1\nK_m = 1\nR_m = 1"
+    (folder / "case.toml").write_text(CASE.replace("M_m = 0.015", held))
+    assert refused("fit", "case.toml").startswith("nothing to fit")
+
+
+OPTIONS = {
+    ("fit", "nothing.toml"): "nothing.toml: no such file",
+    ("fit", "."): "not a regular file",
+    ("fit",): "CASE.toml",
+    ("fit", "case.toml", "--start", "Bl=1e9"): "'Bl': start 1e\\+09 is outside its bounds",
+    ("fit", "case.toml", "--start", "B=1"): "'B' is not a free parameter, did you mean 'Bl'",
+    ("fit", "case.toml", "--start", "Bl"): "NAME=VALUE",
+    ("fit", "case.toml", "--method", "psso"): "unknown method 'psso', did you mean 'pso'",
+    ("fit", "case.toml", "--method", "pso(0)"): "particles = 0: at least 1",
+    ("fit", "case.toml", "--method", "pso >>"): "unknown method",
+    ("fit", "case.toml", "--seed", "x"): "--seed",
+    ("fit", "case.toml", "--sead", "1"): "--sead",
+    ("fit", "case.toml", "--json", "missing/out.json"): "folder missing does not exist",
+    ("fit", "case.toml", "--json", "."): "it is a folder",
+    ("diagnose", "case.toml", "--report", "missing/out.html"): "folder missing does not exist",
+    ("diagnose", "case.toml", "--out", "sweep.csv"): "sweep.csv is a file, a folder is wanted",
+    ("diagnose", "case.toml", "--effects", "mine.py"): "no file 'mine.py'",
+    ("diagnose", "case.toml", "--effects", "coil.py"): "has no effect in it",
+    ("build", "modified_dal"): "unknown model 'modified_dal', did you mean 'modified_dahl'",
+    ("build", "modified_dahl", "coil.py:cool"): "has no 'cool', did you mean 'coil'",
+    ("build", "modified_dahl", "--out", "sweep.csv"): "sweep.csv is a file, a folder is wanted",
+    ("build", "modified_dahl", "--out", "sweep.csv/generated"): "sweep.csv is a file, a folder is wanted",
+    ("build", "coil.py:coil", "coil.py:coil"): "two models are called 'coil'",
+    ("export", "modified_dahl", "--target", "fortran"): "unknown target 'fortran'.*c99",
+    ("export", "modified_dahl", "--out", "case.toml"): "case.toml is a file, a folder is wanted",
+    ("export",): "MODEL",
+    ("dance",): "No such command 'dance'",
+}
+
+
+@pytest.mark.parametrize(("arguments", "says"), OPTIONS.items(), ids=[" ".join(a) for a in OPTIONS])
+def test_options(arguments: tuple[str, ...], says: str, refused: Run) -> None:
+    line = refused(*arguments)
+    assert matches(says, line), line
+
+
+MODELS = {
+    SPRING.replace("R + j", "R + + * j"): "coil.py, line 5: invalid syntax",
+    SPRING.replace('"ohm*s"', '"N"'): "equation 'Z'.*can't be added",
+    SPRING.replace('"ohm*s"', '"omh"'): "'X': unknown unit 'omh'",
+    SPRING.replace(
+        '"R", "ohm", 1.0', '"R", "ohm", 1.0, (2.0, 3.0)'
+    ): "default 1 of 'R' is outside \\[2, 3\\]",
+    SPRING.replace('"R", "ohm", 1.0', '"R", "ohm", 2.5, (3.0, 2.0)'): "bounds of parameter 'R' are reversed",
+    SPRING.replace("(R, X)", "(R,)"): "'X' is not declared",
+    SPRING.replace('outputs=("Z",)', 'outputs=("z",)'): "output 'z' is no equation, did you mean 'Z'",
+    SPRING.replace('"X"', '"X;exit(1)"'): "is not a name",
+    SPRING.replace("coil =", "cool ="): "has no 'coil', did you mean 'cool'",
+    SPRING + "raise ValueError('no')\n": "line 7: ValueError: no",
+    SPRING + "import no_such_module\n": "line 7: ModuleNotFoundError",
+    SPRING + "coil = 3\n": "'coil' in .* is of type int, not a Model",
+    SPRING.replace("from modelgen.language import *", ""): "NameError",
+}
+
+
+@pytest.mark.parametrize(("text", "says"), MODELS.items(), ids=range(len(MODELS)))
+def test_models_of_the_user(text: str, says: str, folder: Path, refused: Run) -> None:
+    (folder / "coil.py").write_text(text)
+    (folder / "case.toml").write_text(
+        CASE.replace("electrodynamic_transducer", "coil.py:coil").replace("M_m", "R")
+    )
+    for arguments in (("build", "coil.py:coil"), ("export", "coil.py:coil"), ("fit", "case.toml")):
+        line = refused(*arguments)
+        assert matches(says, line), line
+
+
+def test_a_model_of_the_user_is_found_beside_its_case(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "case.toml").write_text(
+        CASE.replace("electrodynamic_transducer", "coil.py:coil").replace("M_m", "R")
+    )
+    elsewhere = folder / "elsewhere"
+    elsewhere.mkdir()
+    os.chdir(elsewhere)
+    assert main(["fit", "../case.toml"]) == 0
+    assert "coil" in capsys.readouterr().out
+
+
+def test_no_compiler(refused: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("CC", "no-such-compiler")
+    find_compiler.cache_clear()
+    try:
+        line = refused("build", "coil.py:coil")
+        assert line == "no C compiler: CC is set to 'no-such-compiler', which is not found"
+        monkeypatch.delenv("CC")
+        monkeypatch.setenv("PATH", str(tmp_path))
+        monkeypatch.setattr("modelgen.codegen.compiler.find_spec", lambda name: None)
+        find_compiler.cache_clear()
+        assert "pip install ziglang" in refused("build", "coil.py:coil")
+    finally:
+        find_compiler.cache_clear()
+
+
+def test_unsorted_frequencies_are_sorted_and_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    head, *rows = SWEEP.splitlines(keepends=True)
+    results: list[Any] = []
+    for order in (rows, rows[::2] + rows[1::2]):
+        (folder / "sweep.csv").write_text(head + "".join(order))
+        assert main(["fit", "case.toml"]) == 0
+        results.append(capsys.readouterr().out)
+    assert "sort" in results[1] and "sort" not in results[0]
+
+
+def test_the_same_in_a_process_of_its_own(folder: Path) -> None:
+    """As the shell sees it: status 2, one line, no traceback."""
+    for arguments in (
+        ["fit", "nothing.toml"],
+        ["build", "modified_dal"],
+        ["fit", "case.toml", "--json", "no/x.json"],
+    ):
+        done = subprocess.run(
+            [sys.executable, "-c", "import sys; from modelgen.cli import main; sys.exit(main())", *arguments],
+            capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)}, cwd=folder,
+        )  # fmt: skip
+        assert done.returncode == 2 and done.stdout == ""
+        assert done.stderr.startswith("modelgen: ") and done.stderr.count("\n") == 1
+
+
+def test_a_fit_that_is_right_is_not_refused_for_lack_of_noise(folder: Path) -> None:
+    """A record without any scatter still has a noise level other than 0."""
+    f = np.arange(20, 420, 20)
+    rows = "".join(f"{x},{6.0},{0.003 * x}\n" for x in f)
+    (folder / "sweep.csv").write_text("f [Hz],Re Z [ohm],Im Z [ohm]\n" + rows)
+    (folder / "case.toml").write_text(CASE.replace("electrodynamic_transducer", "coil.py:coil").replace(
+        "[constants]\nM_m = 0.015\n", ""))  # fmt: skip
+    assert main(["fit", "case.toml"]) == 0
