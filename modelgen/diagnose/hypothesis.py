@@ -106,6 +106,11 @@ class Hypothesis:
         return tuple(a.id for a in self.added)
 
     @property
+    def log_common(self) -> float:
+        """Logarithm of how common the added physics is."""
+        return float(sum(np.log(a.effect.common) for a in self.added))
+
+    @property
     def key(self) -> frozenset[tuple[str, str, int]]:
         return frozenset(a.key for a in self.added)
 

@@ -93,7 +93,7 @@ def errors_in_motion(model: Model, case: Case, recording: Recording, s: Series, 
     k = kinematics(recording.inputs[model.axis], recording.inputs[moved], case.noise.sigma.get(moved))
     n = np.arange(s.n)
     window = np.maximum(np.broadcast_to(k.window, s.n), 1)
-    ends = np.where((n < window) | (s.n - 1 - n < window), ENDS, 1.5)
+    ends = np.where((n < window) | (s.n - 1 - n < window), ENDS, 1.2)
     base = force(s)
     off = np.zeros(s.n)
     places = {motion["rate"]: k.sigma_v, moved: k.sigma_z}

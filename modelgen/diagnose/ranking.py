@@ -28,7 +28,7 @@ class Standing:
 def weights(fits: Sequence[Fit]) -> np.ndarray:
     """Posterior odds of rival fits: evidence times how common their physics is, normalised."""
     best = min(f.bic for f in fits)
-    logs = np.array([-(f.bic - best) / (2 * TEMPER) + sum(np.log(a.effect.common) for a in f.hypothesis.added) for f in fits])
+    logs = np.array([-(f.bic - best) / (2 * TEMPER) for f in fits])
     w = np.exp(logs - logs.max())
     return np.asarray(w / w.sum())
 

@@ -16,7 +16,10 @@ from modelgen.fit.series import Array, Whitener
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A fitted hypothesis: θ, whitened residuals (per recording) and BIC, all under one set of whiteners."""
+    """A fitted hypothesis: θ, whitened residuals (per recording) and BIC, all under one set of whiteners.
+
+    BIC includes how common the physics is (twice its logarithm): between equals the commoner is named.
+    """
 
     hypothesis: Hypothesis
     theta: Array
@@ -62,7 +65,7 @@ class Judge:
         with np.errstate(all="ignore"):
             white = tuple(h.experiment.whitened(theta, self.whiteners))
         free = _free(h, theta)
-        value = bic(white, self.prior, free) if all(np.all(np.isfinite(e)) for e in white) else np.inf
+        value = bic(white, self.prior, free) - 2 * h.log_common if all(np.all(np.isfinite(e)) for e in white) else np.inf
         return Fit(h, theta, white, float(value), free)
 
     def tangent(self, fit: Fit) -> tuple[Array, Array]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from modelgen.diagnose.evidence import levels
+from modelgen.diagnose.evidence import bic, levels
 from modelgen.diagnose.hypothesis import Addition, Hypothesis, make_hypotheses
 from modelgen.diagnose.noise import coloured, local_level
 from modelgen.diagnose.refit import Fit, Judge, refine
@@ -77,7 +77,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
         progress(0.6, "fitting")
     tried = {f.hypothesis.key: f for f in first}
     best = min([base, *first], key=lambda f: f.bic)
-    if base.bic - best.bic < ALARM:
+    if not _gains(s, judge, base, best):
         return Outcome(judge, base, base, tuple(tried.values()), blind)
     beam = sorted(first, key=lambda f: f.bic)[: s.beam]
     for depth in range(2, MOST + 1):
@@ -89,12 +89,30 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
         judge, base, grown, best = _recolour_pairs(s, judge, base, grown, best)
         tried |= {f.hypothesis.key: f for f in grown}
         winner = min(grown, key=lambda f: f.bic)
-        if best.bic - winner.bic < ALARM:
+        if not _gains(s, judge, best, winner):
             break
         best = winner
         beam = sorted(grown, key=lambda f: f.bic)[: s.beam]
     same = [judge.look(f.hypothesis, f.theta) for f in tried.values()]
     return Outcome(judge, judge.look(base.hypothesis, base.theta), judge.look(best.hypothesis, best.theta), tuple(same), blind)
+
+
+def _gains(s: Setting, judge: Judge, old: Fit, new: Fit) -> bool:
+    """Whether the evidence for `new` is enough: under the common noise, and with each fit's own colour of noise.
+
+    The second is the likelihood in which smooth misfit may be coloured noise; it guards against colours that the
+    richer hypothesis has taken for itself.
+    """
+    return old.bic - new.bic > ALARM and _own_colour(s, judge, old) - _own_colour(s, judge, new) > ALARM
+
+
+def _own_colour(s: Setting, judge: Judge, f: Fit) -> float:
+    """BIC of a fit under the colour of its own residual."""
+    plain = tuple(replace(w, ar=None) for w in judge.whiteners)
+    white = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(plain)]
+    own = coloured(plain, white, s.colour)
+    innovations = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(own)]
+    return bic(innovations, judge.prior, f.parameters, sum(0 if w.ar is None else len(w.ar) - 1 for w in own))
 
 
 def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score]) -> list[Fit]:
