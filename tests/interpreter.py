@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 from scipy.special import jv
 
 from modelgen.language import Equation, Implicit, Model
+from modelgen.recordings.envelope import amplitude, quadrature
 
 
 def _powj(w: Any, n: Any) -> Any:
@@ -62,7 +63,12 @@ class Reading:
         for q in self.model.parameters:
             if q.name not in p:
                 p[q.name] = p[f"{q.name}_re"] + 1j * p[f"{q.name}_im"]
-        if not self.model.states:
+        inputs = inputs | {
+            i.name: {"amplitude": amplitude, "quadrature": quadrature}[i.derived[0]](inputs[i.derived[1]])
+            for i in self.model.inputs
+            if i.name not in inputs and i.derived
+        }
+        if not self.model.states and self.model.axis != "t":
             return self._run(p | inputs, None)
         rows: list[dict[str, Any]] = []
         for k in range(len(next(iter(inputs.values())))):

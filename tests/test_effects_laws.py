@@ -19,6 +19,7 @@ from modelgen.effects import CATALOGUE, Effect
 from modelgen.effects.effect import unit_omega
 from modelgen.effects.ladder import ARMS, STEP, Ladder
 from modelgen.effects.resonance import xcotx
+from modelgen.effects.softening import KRAUS
 from modelgen.models import load
 
 Array = np.ndarray
@@ -115,14 +116,15 @@ def test_second_mode_is_a_mass_on_a_spring() -> None:
     assert np.allclose(new - old, 1 / (1 / (1j * w * M) + 1 / link))
 
 
-def test_a_joint_leaves_statics_and_adds_a_resonance() -> None:
-    e = find("contact_compliance", "mechanical_impedance")
-    old, new = at_port(e, gamma=1.0, c=1e-6)
-    assert np.allclose(1 / new, 1 / old + 1j * w * 1e-6)
-    old, new = at_port(e, gamma=0.6, c=1 / (COIL["M_m"] * 5e3**2))
-    assert new[0] == pytest.approx(old[0], rel=1e-2)
-    assert np.abs(new).max() > 5 * np.abs(old[np.argmax(np.abs(new))])  # anti-resonance near 5e3 rad/s
-    assert w[np.argmax(np.abs(new / old))] == pytest.approx(5e3, rel=0.1)
+def test_a_joint_splits_the_moving_side() -> None:
+    """A mass m in front, the rest behind a spring: a resonance where both swing against each other."""
+    m, s = 0.005, 1e-6
+    old, new = at_port(find("contact_compliance", "mechanical_impedance"), m=m, s=s)
+    peak = np.sqrt((1 / m + 1 / (COIL["M_m"] - m)) / s)
+    assert w[np.argmin(np.abs(new / old))] == pytest.approx(peak, rel=0.05)
+    assert new[0] == pytest.approx(old[0], rel=0.01)
+    old, new = at_port(find("contact_compliance", "mechanical_impedance"), m=0.0, s=s)
+    assert np.allclose(1 / new, 1 / old + 1j * w * s)
 
 
 @pytest.mark.parametrize("q", [1e-12, 0.3, 2.0, -7.0, 9.0 + 1e-3j, 20 - 5j, 35 + 0.5j])
@@ -172,7 +174,14 @@ def test_amplitude_at_constant_force(id: str, strength: str, size: float) -> Non
 )
 def test_positive_strengths_take_power(kind: str) -> None:
     model = load("electrodynamic_transducer")
-    shapes = {"omega": 3e3, "time": 3e-4, "1/max(omega)": 1e-5, "1/(omega*port)": 1e-5, "samples": 100.0}
+    shapes = {
+        "omega": 3e3,
+        "time": 3e-4,
+        "1/max(omega)": 1e-5,
+        "1/(omega*port)": 1e-5,
+        "median(port/omega)": 5e-3,
+        "samples": 100.0,
+    }
     for e in CATALOGUE:
         if not e.fits(model) or e.fits(model)[0].kind != kind or e.strengths[0].bounds[0] < 0:
             continue
@@ -222,9 +231,9 @@ def test_springpot_ladder_is_within_its_bound(alpha: float) -> None:
     assert error[40:-40].max() < 2 * np.sin(np.pi * alpha) * np.exp(-(np.pi**2) / STEP) + 1e-4
 
 
-def test_constant_loss_ladder() -> None:
+def test_logarithmic_creep_ladder() -> None:
     x = np.geomspace(1.5e-3, 1.7e4, 400)
-    assert np.abs(ladder(lambda arms: arms.constant_loss(), x) - 2 / np.pi * np.log(1j * x)).max() < 0.008
+    assert np.abs(ladder(lambda arms: arms.logarithm(), x) - np.log(1j * x)).max() < 0.013
 
 
 def test_springpot_in_time_creeps_by_its_power() -> None:
@@ -323,17 +332,13 @@ def test_a_soft_joint_is_a_spring_in_series() -> None:
     assert error.max() < 8e-3 and np.sqrt(np.mean(error**2)) < 1e-3
 
 
-@pytest.mark.parametrize("offset", [0.0, 2.0])
-def test_payne_softening_follows_the_amplitude(offset: float) -> None:
+def test_payne_softening_follows_the_amplitude() -> None:
     t = np.arange(0, 6, 0.005)
-    rng = np.random.default_rng(0)
-    motion = record(t, lambda x: offset + np.where(x < 3, 1.0, 0.3) * np.sin(2 * np.pi * x))
-    motion["z"] = motion["z"] + 1e-3 * rng.standard_normal(len(t))
-    e = find("payne_softening", "spring")
-    reading = extended(e, "modified_dahl")
-    A = reading(motion, **NOTHING, payne_softening_k_0=1.0, payne_softening_A_c=0.5)["payne_softening_A"]
-    assert np.allclose(A[(t > 1.2) & (t < 3)], 1.0, atol=0.01)
-    assert np.allclose(A[t > 4.2], 0.3, atol=0.01)
+    motion = record(t, lambda x: np.where(x < 3, 1.0, 0.3) * np.sin(2 * np.pi * x))
+    F = force(find("payne_softening", "spring"), motion, k_0=1.0, A_c=0.5)
+    A = np.where(t < 3, 1.0, 0.3)
+    steady = ((t > 1) & (t < 2.4)) | ((t > 4) & (t < 5))
+    assert np.allclose(F[steady], (motion["z"] / (1 + (A / 0.5) ** KRAUS))[steady], atol=5e-3)
 
 
 def test_stress_softening_by_path_and_by_peak() -> None:

@@ -85,8 +85,8 @@ class Ladder:
             + (faster[0] - faster[1]) / top * self.port["v"]
         )
 
-    def constant_loss(self) -> Any:
-        """(2/π) ln(jω/unit_omega) z: equal weights, the power law's rule at α → 0."""
+    def logarithm(self) -> Any:
+        """ln(jω/unit_omega) z: equal weights, the power law's rule at α → 0."""
         ends = [1 / expm1(n * STEP) for n in (1, 2)]
         top = self.rate * number_exp(STEP * (ARMS - 1))
         below = log(self.rate / Symbol("unit_omega", real=True)) / STEP - 0.5 - ends[0]
@@ -96,7 +96,7 @@ class Ladder:
             + ends[1] * self.stretch(ARMS - 1)
         )
         total += below * (self.port["z"] - self.rest) + (ends[0] - ends[1]) / top * self.port["v"]
-        return 2 / pi * STEP * total
+        return STEP * total
 
     def add(self, force: Any, text: str) -> Model:
         """The model with the arms and their `force` at the port."""

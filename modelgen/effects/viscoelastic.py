@@ -15,7 +15,7 @@ from modelgen.effects.effect import (
 )
 from modelgen.effects.ladder import MEMORY, Ladder, arm, z_rest
 from modelgen.effects.softening import moved_input
-from modelgen.language import Model, Port, j, powj, quadrature_of, sign
+from modelgen.language import Model, Port, j, log, pi, powj, quadrature_of, sign
 
 SPRING = ("stiffness", "mechanical_impedance")
 ALPHA = Shape("alpha", "1", "1", 0.03, 0.97, 7, log=False, text="0 for a spring, 1 for a dashpot")
@@ -38,6 +38,27 @@ power_law_viscoelasticity = Effect(
     (Strength("C", "{stiffness}", text="modulus at ω = 1 rad/s"),),
     _power_law,
     (ALPHA,),
+    needs=("omega",),
+    common=2.0,
+)
+
+
+def _log_creep(model: Model, port: Port, p: Values) -> Model:
+    model = unit_omega(model)
+    w = port["omega"] / model.parameter("unit_omega")
+    return add_stiffness(lambda at, p: p["C_ln"] * (log(w) + j * pi / 2))(model, port, p)
+
+
+LN = "growth of the stiffness per unit of ln ω; the spring's own is that at ω = 1 rad/s"
+
+log_creep = Effect(
+    "power_law_viscoelasticity",
+    SPRING,
+    "the material creeps by the logarithm of time, the limit of a small power: its stiffness grows with "
+    "ln(jω)",
+    BIOT,
+    (Strength("C_ln", "{stiffness}", text=LN),),
+    _log_creep,
     needs=("omega",),
     common=2.0,
 )
@@ -108,20 +129,18 @@ maxwell_force = Effect(
 )
 
 
-def _structural_force(model: Model, port: Port, p: Values) -> Model:
-    arms = Ladder("structural_damping", unit_omega(model), port)
-    return arms.add(p["H"] * arms.constant_loss(), "force of constant loss")
+def _log_creep_force(model: Model, port: Port, p: Values) -> Model:
+    arms = Ladder("log_creep", unit_omega(model), port)
+    return arms.add(p["C_ln"] * arms.logarithm(), "force of logarithmic creep")
 
 
-structural_force = Effect(
-    "structural_damping",
+log_creep_force = Effect(
+    "power_law_viscoelasticity",
     ("force",),
-    "the spring loses the same share of its energy in each cycle, however fast; as causality demands, "
-    "its stiffness "
-    "then grows by the logarithm of the rate, H (2/π) ln(jω)",
+    log_creep.says,
     BIOT,
-    (Strength("H", "{port}/{z}", text="loss stiffness; the stiffness itself is that at ω = 1 rad/s"),),
-    _structural_force,
+    (Strength("C_ln", "{port}/{z}", text=LN),),
+    _log_creep_force,
     needs=MEMORY,
     common=2.0,
 )
@@ -157,6 +176,6 @@ structural_quadrature = Effect(
 
 EFFECTS = (
     structural_quadrature,
-    power_law_viscoelasticity, maxwell_branch, structural_damping,
-    power_law_force, maxwell_force, structural_force, structural_spring,
+    power_law_viscoelasticity, log_creep, maxwell_branch, structural_damping,
+    power_law_force, maxwell_force, log_creep_force, structural_spring,
 )  # fmt: skip
