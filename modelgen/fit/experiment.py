@@ -154,11 +154,12 @@ class Experiment:
             rows = list(s.rows)
             w = whiteners[k] if whiteners else s.whitener
             r, white = w.apply(_difference(out[rows], s)), w.apply(jac[rows])
-            at = self.layout.place[k]
-            for e, j in zip(r, white, strict=True):
+            moves = np.flatnonzero(self.layout.place[k] >= 0)
+            at = self.layout.place[k][moves]  # each entry of θ once
+            for e, j in zip(r, white[:, moves], strict=True):
                 total += float(e @ e)
-                np.add.at(g, at, j @ e)
-                np.add.at(A, np.ix_(at, at), j @ j.T)
+                g[at] += j @ e
+                A[np.ix_(at, at)] += j @ j.T
         return total, g, A
 
     def problem(self, start: Array | None = None, whiteners: Sequence[Whitener] | None = None) -> Problem:

@@ -75,10 +75,12 @@ def assess(problem: Problem, theta: ArrayLike, *, estimate_noise: bool = False) 
     determined[weak] = False
     covariance[~determined], covariance[:, ~determined] = np.nan, np.nan
     std = np.sqrt(covariance.diagonal())
+    with np.errstate(invalid="ignore"):  # a residual of 0 leaves no deviation to relate
+        correlation = covariance / np.outer(std, std)
     return Uncertainty(
         covariance=covariance,
         std=std,
-        correlation=covariance / np.outer(std, std),
+        correlation=correlation,
         rank=theta.size - blind.shape[1] - vague.shape[1],
         determined=determined,
         at_bound=problem.at_bound(theta, np.fmax(1e-9 * problem.width, ON_BOUND * std)),
