@@ -249,7 +249,7 @@ def test_the_json_is_that_of_the_contract(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["case", "s1_m1", "s2_m0", "s2_m1"])
 def test_the_papers_model_misses_the_papers_stiffness(name: str) -> None:
-    """MRE paper, Tab. 2 and 3: refitted, its model is off by some 4 to 5 %, far more than the tables' rounding."""
+    """MRE paper, Tab. 2 and 3: refitted, its model is off by 4 to 5 %, far more than the rounding."""
     model, case = mg.open_case(EXAMPLES / "mre_elastomer" / f"{name}.toml")
     result = mg.fit(model, case)
     assert 8 < result.rms_over_noise["fit"] < 30

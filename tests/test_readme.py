@@ -1,0 +1,63 @@
+"""What README shows is what there is: its Python runs, its commands are those of `modelgen`."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from modelgen.cli import main
+from modelgen.codegen import build
+from modelgen.effects import load_effects
+from modelgen.models import load
+
+ROOT = Path(__file__).parents[1]
+BLOCKS = re.findall(r"^```python\n(.*?)^```", (ROOT / "README.md").read_text(), re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with the files that README asks the reader to write."""
+    for block in BLOCKS:
+        if name := re.match(r"# (\w+\.py)\n", block):
+            (tmp_path / name[1]).write_text(block)
+    return tmp_path
+
+
+def test_the_tour_in_python(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(ROOT)
+    names: dict[str, Any] = {}
+    exec(BLOCKS[0], names)
+    assert names["Z"].shape == (2,) and names["dZ"].shape == (2, len(names["f"].wrt))
+    value, std, over = map(float, capsys.readouterr().out.split())
+    assert value == pytest.approx(2.06, abs=0.02) and 0 < std < 0.1 and over > 8
+
+
+def test_the_model_of_ten_lines(folder: Path) -> None:
+    quartz = load("quartz.py:quartz", folder)
+    w = 2 * np.pi * 1e7
+    Y = 1j * w * 5e-12 + 1 / (20 + 1j * w * 8e-3 + 1 / (1j * w * 3e-14))
+    assert build(quartz)(f=1e7) == pytest.approx(1 / Y, rel=1e-12)
+
+
+def test_the_effect_of_ten_lines(folder: Path) -> None:
+    (leak,) = load_effects("my_effects.py", folder)
+    quartz = load("quartz.py:quartz", folder)
+    (port,) = leak.fits(quartz)
+    leaky = build(leak.extend(quartz, port))
+    Z = build(quartz)(f=1e7)
+    assert leaky(f=1e7) == pytest.approx(Z, rel=1e-14)
+    assert leaky(f=1e7, insulation_leak_G=1e-4) == pytest.approx(Z / (1 + 1e-4 * Z), rel=1e-12)
+
+
+def test_the_output_of_a_fit(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """The table in README is the one that the command prints."""
+    monkeypatch.chdir(ROOT)
+    assert main(["fit", "examples/mre_elastomer/case.toml"]) == 0
+    readme = (ROOT / "README.md").read_text()
+    lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
+    for line in lines[:12]:
+        assert line in readme, line
