@@ -58,9 +58,8 @@ def _motion(
     model: Model, of: str, arrays: Mapping[str, Array], sigma: Mapping[str, float | None]
 ) -> dict[str, Array]:
     """Input `of`, smoothed as far as its noise demands, and what is derived from its motion and not given."""
-    from modelgen.recordings.kinematics import kinematics
-
     from modelgen.recordings.envelope import amplitude, quadrature
+    from modelgen.recordings.kinematics import kinematics
 
     k = kinematics(arrays[model.axis], arrays[of], sigma.get(of, 0.0))
     found = {

@@ -11,4 +11,6 @@ def __getattr__(name: str) -> Any:
 
     if name not in __all__:
         raise AttributeError(f"module 'modelgen.diagnose' has no attribute '{name}'")
-    return getattr(import_module(f"modelgen.diagnose.{'verdict' if name == 'Verdict' else 'diagnosis'}"), name)
+    return getattr(
+        import_module(f"modelgen.diagnose.{'verdict' if name == 'Verdict' else 'diagnosis'}"), name
+    )

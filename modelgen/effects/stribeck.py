@@ -1,4 +1,5 @@
-"""Friction whose level falls with speed while its stiffness before slip stays (LuGre's law without bristle damping)."""
+"""Friction whose level falls with speed while its stiffness before slip stays (LuGre's law without bristle
+damping)."""
 
 from dataclasses import replace
 from typing import Any
@@ -10,7 +11,8 @@ from modelgen.language import Abs, Equation, Model, Port, State, exp
 
 
 def _falling_level(model: Model, port: Port, p: Values) -> Model:
-    """ṙ = ρ(v − |v| r/g(v)) with level g = 1 + β exp(−|v|/v_s): the state is carried as r/g, which slips at 1.
+    """ṙ = ρ(v − |v| r/g(v)) with level g = 1 + β exp(−|v|/v_s): the state is carried as r/g, which slips at
+    1.
 
     Friction becomes h g, the inverse slip length ρ/g; when g changes, r/g changes so that the force does not.
     """
@@ -32,7 +34,8 @@ def _falling_level(model: Model, port: Port, p: Values) -> Model:
 
 
 def _carried(model: Model, state: str, ratio: Any) -> Model:
-    """The model in which the old value of `state` is multiplied by `ratio` where its new one is computed from it."""
+    """The model in which the old value of `state` is multiplied by `ratio` where its new one is computed from
+    it."""
     old = Symbol(state, real=True)
     names = [s.name for s in model.statements]
     for name in names[: names.index(state) + 1]:

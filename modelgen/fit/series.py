@@ -50,7 +50,8 @@ class Whitener:
         return replace(self, weight=self.weight / factor)
 
     def masked(self, keep: Array) -> Whitener:
-        """With samples down-weighted by `keep` (n,), 0 … 1: they count as measured with a noise 1/keep as large."""
+        """With samples down-weighted by `keep` (n,), 0 … 1: they count as measured with a noise 1/keep as
+        large."""
         if self.root is None:
             return replace(self, weight=self.weight * keep)
         inverse = np.linalg.inv(self.root)

@@ -50,7 +50,8 @@ j = I
 __all__ = [
     "Abs", "ComplexParameter", "Equation", "I", "Implicit", "Input", "Max", "Min", "Model", "Output",
     "Parameter", "Piecewise", "Port", "Rational", "State", "Statement", "Symbol", "Symbolic",
-    "acceleration_of", "amplitude_of", "arg", "asin", "check_name", "check_option", "complex_parameter", "cos", "cosh",
-    "dahl_step", "eddy_factor", "exp", "gamma", "im", "j", "log", "pi", "powdiff", "powj", "previous",
-    "rate_of", "re", "sign", "sin", "sinh", "sqrt", "tan", "tanh", "turning_point_of",
+    "acceleration_of", "amplitude_of", "arg", "asin", "check_name", "check_option", "complex_parameter",
+    "cos", "cosh", "dahl_step", "eddy_factor", "exp", "gamma", "im", "j", "log", "pi", "powdiff",
+    "powj", "previous", "quadrature_of", "rate_of", "re", "sign", "sin", "sinh", "sqrt", "tan", "tanh",
+    "turning_point_of",
 ]  # fmt: skip

@@ -15,15 +15,18 @@ SHARE = 0.05
 def amplitude(z: Array) -> Array:
     """Half the swing that each sample of z (n,) lies in, from turning point to turning point, in z's unit.
 
-    The parts before the first and after the last turning point take the larger of their own and the next swing's.
-    A record that never turns has half its range throughout.
+    The parts before the first and after the last turning point take the larger of their own and the next
+    swing's. A record that never turns has half its range throughout.
     """
     turns = turning_points(z)
     if len(turns) < 3:
         return np.full(len(z), float(np.ptp(z)) / 2)
     swings = np.abs(np.diff(z[turns])) / 2
-    swings[0], swings[-1] = max(swings[0], swings[min(1, len(swings) - 1)]), max(swings[-1], swings[-2:].max())
-    return np.asarray(np.repeat(swings, np.diff(turns).tolist()[:-1] + [len(z) - turns[-2]]))
+    swings[0], swings[-1] = (
+        max(swings[0], swings[min(1, len(swings) - 1)]),
+        max(swings[-1], swings[-2:].max()),
+    )
+    return np.asarray(np.repeat(swings, [*np.diff(turns).tolist()[:-1], len(z) - turns[-2]]))
 
 
 def turning_points(z: Array) -> Array:
@@ -46,8 +49,9 @@ def turning_points(z: Array) -> Array:
 def quadrature(z: Array) -> Array:
     """The Hilbert transform of z (n,), a quarter of a cycle ahead of it: z = cos ωt gives −sin ωt.
 
-    The record is mirrored at both ends, so that they do not ring; a constant gives 0. With it, the loss that takes the
-    same share of the energy in each cycle, at any rate, is a force (as K + jH in the frequency domain).
+    The record is mirrored at both ends, so that they do not ring; a constant gives 0. With it, the loss that
+    takes the same share of the energy in each cycle, at any rate, is a force (as K + jH in the frequency
+    domain).
     """
     n = len(z)
     x = np.concatenate([z[::-1], z, z[::-1]]) - float(np.mean(z))
