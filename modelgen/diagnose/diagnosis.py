@@ -20,6 +20,7 @@ from modelgen.diagnose.verdict import Verdict
 from modelgen.effects import Effect
 from modelgen.fit import PSO
 from modelgen.fit.experiment import Experiment, experiment
+from modelgen.fit.problem import Problem
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array, Series, make_series
 from modelgen.language import Model
@@ -94,11 +95,17 @@ def _fit_base(h: Hypothesis, judge: Judge, seed: int) -> Fit:
     """The base from many starts; those of a swarm among them where bounds are finite and samples independent."""
     starts = base_starts(h, seed, 12)
     plain = tuple(replace(w, root=None, ar=None) for w in judge.whiteners)
-    problem = h.experiment.problem(starts[0], plain)
-    if not h.experiment.model.states and "objective_batch" in problem.provides and np.all(np.isfinite(problem.upper - problem.lower)):
+    problem = _boxed(h.experiment.problem(starts[0], plain))
+    if not h.experiment.model.states and "objective_batch" in problem.provides:
         swarms = [PSO(particles=60, iterations=300).run(problem, seed=seed + k) for k in range(2)]
         starts += [np.asarray(x.theta) for x in swarms]
     return judge.fit(h, starts, iterations=150)
+
+
+def _boxed(p: Problem) -> Problem:
+    """The problem in a finite box: where a bound is infinite, 30 times the start to either side."""
+    reach = 30.0 * np.where(p.start != 0, np.abs(p.start), 1.0)
+    return replace(p, lower=np.maximum(p.lower, p.start - reach), upper=np.minimum(p.upper, p.start + reach))
 
 
 def _with_motion(model: Model, case: Case, fit: Fit, k: int, s: Series) -> Series:

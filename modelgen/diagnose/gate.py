@@ -12,10 +12,12 @@ from modelgen.diagnose.search import Outcome, Setting
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
 
-LEFT = 25.0
+LEFT = 20.0
 """ΔBIC that a description without a catalogue must gain before the rest counts as physics."""
 EXPLAINED = 0.85
 """Share of the misfit that named effects must explain to be named although something is left."""
+BETTER = 0.9
+"""A description without a catalogue is taken before named effects that gain less than this share of its evidence."""
 GROSS = 3.0
 """A residual this many times the stated noise is not noise, whatever it looks like."""
 
@@ -49,9 +51,13 @@ def judge_adequacy(setting: Setting, outcome: Outcome, sensitivities: Mapping[st
     stated = all(s.stated for s in setting.series)
     gross = stated and np.sqrt(after) > GROSS and plain[0].shape[1] >= 8
     structured = left.gain > LEFT
+    rival = leftover(setting.model, outcome.judge, outcome.base, sensitivities) if best.hypothesis.added and not setting.model.is_time_model else left
     floor = min(after, max(scatter, 1.0 if stated else 0.0)) if structured or gross else after
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
     unknown = (structured or gross) and (not best.hypothesis.added or explained < EXPLAINED)
+    gained = outcome.base.bic - best.bic
+    if best.hypothesis.added and rival.gain > gained + LEFT and gained < BETTER * rival.gain:
+        unknown, left, structured = True, rival, True  # what no catalogue holds fits better, and by far
     notes: tuple[str, ...] = ()
     if (structured or gross) and not unknown:
         notes = (f"the named effects explain {explained:.0%} of the misfit; still left is {np.sqrt(after / floor):.1f} times the noise: {left.says or 'not noise'}",)

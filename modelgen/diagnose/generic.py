@@ -7,12 +7,13 @@ variables, linear and hysteretic memories, lines of a spectrum. All under the no
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate
 
 import numpy as np
 
 from modelgen.diagnose.evidence import effective
+from modelgen.diagnose.noise import autoregression
 from modelgen.diagnose.refit import Fit, Judge
 from modelgen.diagnose.screen import Tangent
 from modelgen.fit.series import Array
@@ -34,25 +35,28 @@ def leftover(model: Model, judge: Judge, fit: Fit, sensitivities: Mapping[str, A
 
     `gain` is 0 with empty words when no description gains anything.
     """
-    tangent = Tangent.of(*judge.tangent(fit))
-    found = _in_time(model, judge, fit, tangent) if model.is_time_model else _in_frequency(judge, fit, tangent, sensitivities)
+    if model.is_time_model:
+        found = _in_time(model, judge, fit)
+    else:
+        found = _in_frequency(judge, fit, Tangent.of(*judge.tangent(fit)), sensitivities)
     return max(found, key=lambda x: x.gain, default=Leftover(0.0, 0.0, "", ""))
 
 
-def _gain(tangent: Tangent, columns: Array, n: int, price: float = 0.0) -> tuple[float, float]:
-    """(ΔBIC, χ²) that free amounts of `columns` (N, k) gain beside the fit, its level profiled; `price` for looking."""
+def _gain(tangent: Tangent, columns: Array, n: int, price: float = 0.0) -> tuple[float, float, Array]:
+    """(ΔBIC, χ², residual then) of free amounts of `columns` (N, k) beside the fit, its level profiled; `price` for looking."""
     rest = tangent.off(columns)
     size = np.linalg.norm(rest, axis=0)
     keep = size > 1e-6 * np.linalg.norm(columns, axis=0)
     if not keep.any():
-        return 0.0, 0.0
+        return 0.0, 0.0, tangent.r
     unit = rest[:, keep] / size[keep]
     values, vectors = np.linalg.eigh(unit.T @ unit)
     good = values > 1e-10 * values[-1]
     part = (vectors.T @ (unit.T @ tangent.r))[good]
     explained = float(np.sum(part**2 / values[good]))
     share = min(explained / float(tangent.r @ tangent.r), 1 - 1e-12)
-    return -n * float(np.log1p(-share)) - int(good.sum()) * float(np.log(n)) - price, explained
+    left = tangent.r - unit @ (vectors[:, good] @ (part / values[good]))
+    return -n * float(np.log1p(-share)) - int(good.sum()) * float(np.log(n)) - price, explained, left
 
 
 # -- frequency ---------------------------------------------------------------------------------------------------
@@ -80,7 +84,7 @@ def _in_frequency(judge: Judge, fit: Fit, tangent: Tangent, sensitivities: Mappi
             pair = [k - k % 2, k - k % 2 + 1]
             chosen += [c for c in pair if c not in chosen]
             price = 2.0 * count * np.log(len(places))
-            gain, chi2 = _gain(tangent, columns[:, chosen], n, price)
+            gain, chi2, _ = _gain(tangent, columns[:, chosen], n, price)
             if gain > best.gain:
                 where = ", ".join(f"{places[c // 2][0]:.4g}" for c in chosen[::2])
                 best = Leftover(gain, chi2, port, f"resonant terms near {where} Hz at the {port} port")
@@ -117,26 +121,58 @@ def _whiten(judge: Judge, series: Sequence[object], z: Array) -> Array:
 # -- time --------------------------------------------------------------------------------------------------------
 
 
-def _in_time(model: Model, judge: Judge, fit: Fit, tangent: Tangent) -> list[Leftover]:
+def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
+    """Groups of terms in time, each judged with the colour of its own residual, so that coloured noise gains nothing."""
+    plain = Judge(tuple(replace(w, ar=None) for w in judge.whiteners), judge.prior)
+    fit = plain.look(fit.hypothesis, fit.theta)
+    tangent = Tangent.of(*plain.tangent(fit))
     e = fit.hypothesis.experiment
     n = effective(fit.white)
     names = {i.derived[0]: i.name for i in model.inputs if i.derived}
     moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
-    found = []
-    if moved is not None:
-        for says, port, make in _groups():
-            blocks = []
-            for k, s in enumerate(e.series):
-                z, v = s.inputs[moved], s.inputs[names["rate"]]
-                force = e.raw(fit.theta, k)[0] + s.data[0]
-                t = s.inputs[model.axis]
-                columns = np.stack(list(make(_unit(z), _speed(v), t, _unit(force))), axis=0)
-                blocks.append(judge.whiteners[k].apply(columns[None])[0].T)
-            scaled = np.concatenate(blocks)
-            gain, chi2 = _gain(tangent, scaled, n)
-            found.append(Leftover(gain, chi2, port, says))
-    found.append(_line(model, judge, fit, n))
+    found = [_line(model, fit, n)]
+    for says, port, make in _groups() if moved is not None else ():
+        blocks = []
+        for k, s in enumerate(e.series):
+            force = e.raw(fit.theta, k)[0] + s.data[0]
+            columns = np.stack(list(make(_unit(s.inputs[moved]), _speed(s.inputs[names["rate"]]), s.inputs[model.axis], _unit(force))))
+            blocks.append(plain.whiteners[k].apply(columns[None])[0].T)
+        found.append(_best_of(tangent, np.concatenate(blocks), n, fit.white, port, says, TOGETHER.get(make.__name__, 0)))
     return found
+
+
+TOGETHER = {"position": 2, "shown": 1}
+"""Groups of which only so many terms act at a time (a pitch, a limit): each is tried, at the price of looking."""
+
+
+def _best_of(tangent: Tangent, columns: Array, n: int, white: Sequence[Array], port: str, says: str, few: int) -> Leftover:
+    """The gain of a group of terms, all at once or the best `few` neighbours of them; checked with colours of their own."""
+    size = columns.shape[1]
+    sets = [list(range(size))] if not few else [list(range(k, k + few)) for k in range(0, size, few)]
+    price = 2 * float(np.log(len(sets)))
+    tried = [(*_gain(tangent, columns[:, c], n, price), len(c)) for c in sets]
+    gain, chi2, rest, count = max(tried, key=lambda x: x[0])
+    if gain > 10.0:
+        gain = min(gain, _own_colours(white, rest) - count * float(np.log(n)) - price)
+    return Leftover(float(gain), chi2, port, says)
+
+
+def _own_colours(white: Sequence[Array], rest: Array) -> float:
+    """2 Δ ln L of a residual `white` against what is left of it (`rest`, joined), each with a colour of its own."""
+    total, at = 0.0, 0
+    for x in white:
+        y = rest[at : at + x.size].reshape(x.shape)
+        at += x.size
+        parts = []
+        for z in (x, y):
+            ar = autoregression(z, 12)
+            filtered = z.copy()
+            for lag, a in enumerate(ar[1:], 1):
+                filtered[..., lag:] += a * z[..., :-lag]
+            used = filtered[z != 0]
+            parts.append(used.size * float(np.log(np.mean(used**2))) + (len(ar) - 1) * float(np.log(max(used.size, 2))))
+        total += parts[0] - parts[1]
+    return total
 
 
 def _unit(x: Array) -> Array:
@@ -150,7 +186,7 @@ def _speed(v: Array) -> Array:
 
 def _groups() -> list[tuple[str, str, object]]:
     def position(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
-        for k in range(1, 13):
+        for k in np.geomspace(1.0, 80.0, 90):
             yield np.cos(k * np.pi * z)
             yield np.sin(k * np.pi * z)
 
@@ -178,8 +214,7 @@ def _groups() -> list[tuple[str, str, object]]:
             yield np.array(list(accumulate((z - z[0]).tolist(), lambda y, x, a=a: a * y + (1 - a) * x)))
 
     def shown(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
-        yield from (F**k for k in range(2, 6))
-        for q in (0.6, 0.8, 0.9, 0.95):
+        for q in (0.3, 0.5, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995):
             yield np.maximum(F - q, 0.0)
             yield np.minimum(F + q, 0.0)
 
@@ -204,20 +239,29 @@ def _play(z: Array, g: float) -> Array:
     return out
 
 
-def _line(model: Model, judge: Judge, fit: Fit, n: int) -> Leftover:
-    """The strongest spectral line of the residual, with the price of having looked at every frequency."""
-    best = Leftover(0.0, 0.0, "sensor", "")
-    for s, e in zip(fit.hypothesis.experiment.series, fit.white, strict=True):
-        x = e[0] - e[0].mean()
-        power = np.abs(np.fft.rfft(x)) ** 2
-        if len(power) < 8:
-            continue
-        k = int(np.argmax(power[1:])) + 1
-        chi2 = 2 * float(power[k]) / len(x)
-        level = float(x @ x) / len(x) or 1.0
-        gain = chi2 / level - 2 * np.log(n) - 2 * np.log(len(power))
-        if gain > best.gain:
-            t = s.inputs[model.axis]
-            f = k / float(t[-1] - t[0])
-            best = Leftover(gain, chi2, "sensor", f"a line at {f:.4g} {'Hz' if model.inputs[0].unit == 's' else ''} that does not follow the motion")
-    return best
+def _line(model: Model, fit: Fit, n: int) -> Leftover:
+    """The strongest spectral line of the residual, over the spectrum around it, all recordings together.
+
+    The price is that of having looked at every frequency.
+    """
+    series = [(s.inputs[model.axis], e[0]) for s, e in zip(fit.hypothesis.experiment.series, fit.white, strict=True) if s.n >= 200]
+    if not series:
+        return Leftover(0.0, 0.0, "sensor", "")
+    span = max(float(t[-1] - t[0]) for t, _ in series)
+    top = min(0.5 * (len(t) - 1) / float(t[-1] - t[0]) for t, _ in series)
+    grid = np.arange(4.0 / span, 0.98 * top, 0.5 / span)
+    total = np.zeros(len(grid))
+    for t, x in series:
+        size = 4 * len(x)
+        power = np.abs(np.fft.rfft(x - x.mean(), size)) ** 2
+        reach = 120
+        around = np.lib.stride_tricks.sliding_window_view(np.pad(power, reach, mode="reflect"), 2 * reach + 1)
+        ratio = power / np.maximum(np.median(around[::8], axis=1).repeat(8)[: len(power)] / np.log(2), 1e-300)
+        step = (len(t) - 1) / float(t[-1] - t[0]) / size
+        total += np.interp(grid, np.arange(len(power)) * step, ratio)
+    if not len(grid):
+        return Leftover(0.0, 0.0, "sensor", "")
+    k = int(np.argmax(total))
+    chi2 = 2 * float(total[k])
+    gain = chi2 - (2 * len(series) + 1) * float(np.log(n)) - 2 * float(np.log(len(grid)))
+    return Leftover(gain, chi2, "sensor", f"a line at {grid[k]:.4g} Hz that does not follow the motion")

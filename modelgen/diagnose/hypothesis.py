@@ -17,7 +17,7 @@ from modelgen.fit.series import Array, Series
 from modelgen.language import Model, Parameter, Port
 from modelgen.recordings import Case
 
-MARGIN = 10.0
+MARGIN = 3.0
 """A fit may leave the range in which a shape is searched first by this factor."""
 
 

@@ -72,6 +72,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
     scores = [score(h, base.hypothesis, base.theta, tangent, judge.whiteners) for h in singles]
     blind = tuple(x.addition for x in scores if x.blind)
     first = _refit_singles(s, base, judge, scores)
+    base = _from_singles(judge, base, first)
     judge, base, first = _recolour(s, judge, base, first)
     if progress:
         progress(0.6, "fitting")
@@ -113,6 +114,14 @@ def _own_colour(s: Setting, judge: Judge, f: Fit) -> float:
     own = coloured(plain, white, s.colour)
     innovations = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(own)]
     return bic(innovations, judge.prior, f.parameters, sum(0 if w.ar is None else len(w.ar) - 1 for w in own))
+
+
+def _from_singles(judge: Judge, base: Fit, singles: Sequence[Fit]) -> Fit:
+    """The base fitted again from where the best singles have taken its parameters: none may win by a better start."""
+    starts = [base.theta]
+    for f in sorted(singles, key=lambda f: f.bic)[:3]:
+        starts.append(f.theta[[f.hypothesis.names.index(n) for n in base.hypothesis.names]])
+    return judge.fit(base.hypothesis, starts, iterations=150)
 
 
 def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score]) -> list[Fit]:

@@ -149,8 +149,8 @@ swinging_mass = Effect(
     (Strength("M_2", "{port}/({a})", text="mass of the resonator"),),
     _swinging,
     (
-        Shape("omega_2", "rad/s", "omega", 0.7, 1.5, 16, text="its resonance when its foot is held"),
-        Shape("Q", "1", "1", 1.0, 200.0, 3, text="its quality factor"),
+        Shape("omega_2", "rad/s", "omega", 3.0, 1.5, 16, text="its resonance when its foot is held"),
+        Shape("Q", "1", "1", 1.0, 50.0, 3, text="its quality factor"),
     ),
     needs=("a", "t", "t_prev"),
 )
