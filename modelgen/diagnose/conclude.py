@@ -1,4 +1,5 @@
-"""From a search's outcome to a verdict: gate, ranking, hold-out figures, extended model, what a report shows."""
+"""From a search's outcome to a verdict: gate, ranking, hold-out figures, extended model, what a report
+shows."""
 
 from __future__ import annotations
 
@@ -24,7 +25,14 @@ from modelgen.fit.uncertainty import assess
 from modelgen.language import Model
 
 
-def conclude(setting: Setting, notes: Sequence[str], marks: Sequence[Array], outcome: Outcome, out: Path | None, begun: float) -> Verdict:
+def conclude(
+    setting: Setting,
+    notes: Sequence[str],
+    marks: Sequence[Array],
+    outcome: Outcome,
+    out: Path | None,
+    begun: float,
+) -> Verdict:
     """Put the argument together."""
     sensitivities = port_sensitivities(setting, outcome.base)
     gate = judge_adequacy(setting, outcome, sensitivities)
@@ -40,7 +48,9 @@ def conclude(setting: Setting, notes: Sequence[str], marks: Sequence[Array], out
     return Verdict(
         model=setting.model.id,
         adequate=not findings,
-        mismatch=locate(setting.model, setting.series, _plain_white(outcome.base), port, gate.floor) if findings else (),
+        mismatch=locate(setting.model, setting.series, _plain_white(outcome.base), port, gate.floor)
+        if findings
+        else (),
         effects=findings,
         parameters=after_estimates,
         parameters_before=base_estimates,
@@ -75,10 +85,20 @@ def parameters(judge: Judge, fit: Fit) -> tuple[Estimate, ...]:
     return tuple(replace(x, std=x.std * max(scale, 1.0)) for x in found)
 
 
-def _findings(setting: Setting, outcome: Outcome, standing: Sequence[Standing], after: Sequence[Estimate], gate: Gate) -> tuple[Finding, ...]:
+def _findings(
+    setting: Setting, outcome: Outcome, standing: Sequence[Standing], after: Sequence[Estimate], gate: Gate
+) -> tuple[Finding, ...]:
     if gate.unknown:
         says = f"no effect of the catalogue explains it: {gate.leftover.says or 'the residual is not noise'}"
-        return (Finding(f"unknown_{gate.leftover.port or 'model'}", gate.leftover.port or "model", says, gate.probability, "unknown"),)
+        return (
+            Finding(
+                f"unknown_{gate.leftover.port or 'model'}",
+                gate.leftover.port or "model",
+                says,
+                gate.probability,
+                "unknown",
+            ),
+        )
     known = {e.name: e for e in after}
     findings = []
     for s in standing:
@@ -89,8 +109,10 @@ def _findings(setting: Setting, outcome: Outcome, standing: Sequence[Standing], 
         )
         e = s.addition.effect
         findings.append(
-            Finding(s.addition.id, s.addition.port.name, e.says, s.probability, s.addition.family, e.source, s.equivalents,
-                    _experiment(setting, outcome, s) if s.equivalents else None, own, s.share)
+            Finding(
+                s.addition.id, s.addition.port.name, e.says, s.probability, s.addition.family, e.source,
+                s.equivalents, _experiment(setting, outcome, s) if s.equivalents else None, own, s.share,
+            )
         )  # fmt: skip
     return tuple(findings)
 
@@ -104,7 +126,13 @@ def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str | None:
 
     rest = outcome.best.hypothesis.key - {s.addition.key}
     rivals = sorted(
-        (f for f in outcome.tried if rest <= f.hypothesis.key and any(i in f.ids for i in s.equivalents) and len(f.ids) == len(outcome.best.ids)),
+        (
+            f
+            for f in outcome.tried
+            if rest <= f.hypothesis.key
+            and any(i in f.ids for i in s.equivalents)
+            and len(f.ids) == len(outcome.best.ids)
+        ),
         key=lambda f: f.bic,
     )
     return separate(setting, outcome, outcome.best, rivals[:3])
@@ -132,18 +160,35 @@ def _blind_note(outcome: Outcome) -> tuple[str, ...]:
 def _summary(setting: Setting, findings: Sequence[Finding], before: float, after: float, gate: Gate) -> str:
     model = setting.model.id
     if not findings:
-        return f"{model} explains the recordings: what is left is {after:.2f} times the noise, and looks like it."
+        left = f"what is left is {after:.2f} times the noise, and looks like it"
+        return f"{model} explains the recordings: {left}."
     if gate.unknown:
-        return f"{model} leaves {before:.3g} times the noise, and no effect of the catalogue accounts for it. {findings[0].says[0].upper() + findings[0].says[1:]}."
+        says = findings[0].says
+        return (
+            f"{model} leaves {before:.3g} times the noise, and no effect of the catalogue accounts for it. "
+            f"{says[0].upper() + says[1:]}."
+        )
     names = " and ".join(f.id for f in findings)
-    first = f"{model} lacks {names} (probability {findings[0].probability:.0%}): the residual falls from {before:.3g} to {after:.3g} times the noise."
+    first = (
+        f"{model} lacks {names} (probability {findings[0].probability:.0%}): "
+        f"the residual falls from {before:.3g} to {after:.3g} times the noise."
+    )
     others = findings[0].equivalents
-    second = f" These data can't tell it from {', '.join(others)}." if others else f" {findings[0].says[0].upper() + findings[0].says[1:]}."
+    second = (
+        f" These data can't tell it from {', '.join(others)}."
+        if others
+        else f" {findings[0].says[0].upper() + findings[0].says[1:]}."
+    )
     return first + second
 
 
 def _extended(
-    setting: Setting, outcome: Outcome, best: Fit, findings: Sequence[Finding], after: Sequence[Estimate], out: Path | None
+    setting: Setting,
+    outcome: Outcome,
+    best: Fit,
+    findings: Sequence[Finding],
+    after: Sequence[Estimate],
+    out: Path | None,
 ) -> tuple[str, str | None]:
     """The law in words, and the path of the extended model (with its C beside it)."""
     if not best.hypothesis.added:
@@ -151,7 +196,12 @@ def _extended(
     model = _with_values(best.hypothesis.experiment.model, after)
     changed = {s.name for s in model.statements} - {s.name for s in setting.model.statements}
     ports = {a.port.equation for a in best.hypothesis.added}
-    law = "; ".join(f"{s.name} = {s.expr}" for s in model.statements if hasattr(s, "expr") and (s.name in ports or s.name in changed and not s.name.rsplit("_", 1)[0] in ports))
+    law = "; ".join(
+        f"{s.name} = {s.expr}"
+        for s in model.statements
+        if hasattr(s, "expr")
+        and (s.name in ports or (s.name in changed and s.name.rsplit("_", 1)[0] not in ports))
+    )
     if out is None:
         return law, None
     from modelgen.codegen import generate
@@ -171,7 +221,10 @@ def _with_values(model: Model, after: Sequence[Estimate]) -> Model:
     new = []
     for p in model.parameters:
         if hasattr(p, "re"):
-            parts = {k: replace(getattr(p, k), default=values.get(getattr(p, k).name, getattr(p, k).default)) for k in ("re", "im")}
+            parts = {
+                k: replace(getattr(p, k), default=values.get(getattr(p, k).name, getattr(p, k).default))
+                for k in ("re", "im")
+            }
             new.append(replace(p, **{k: _inside(v) for k, v in parts.items()}))
         else:
             new.append(_inside(replace(p, default=values.get(p.name, p.default))))

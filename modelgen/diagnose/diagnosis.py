@@ -49,8 +49,9 @@ def diagnose(
 ) -> Verdict:
     """Say whether `model` explains the recordings of `case`, and if not, which physics was left out.
 
-    effects: further effects beside the catalogue. out: folder for the extended model and its C (none: not written).
-    Holdout recordings are looked at once, at the end. Raises InputError when the case can't be fitted.
+    effects: further effects beside the catalogue. out: folder for the extended model and its C (none: not
+    written). Holdout recordings are looked at once, at the end. Raises InputError when the case can't be
+    fitted.
     """
     from modelgen.effects import CATALOGUE
 
@@ -71,7 +72,8 @@ def diagnose(
 
 
 def prepare(model: Model, case: Case, seed: int) -> Ground:
-    """Fit the base, take out outliers, set noise levels that were not stated from neighbours' scatter, fit again."""
+    """Fit the base, take out outliers, set noise levels that were not stated from neighbours' scatter, fit
+    again."""
     series = tuple(make_series(model, case, r) for r in case.fit)
     base = make_hypotheses(model, case, series, [()])
     if not base:
@@ -86,13 +88,16 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
     judge = white_judge(series)
     fit = judge.fit(base[0], [fit.theta, *base_starts(base[0], seed, 4)])
     notes = tuple(
-        f"{int(m.sum())} outliers in '{s.name}' are marked and weigh nothing" for s, m in zip(series, marks, strict=True) if m.any()
+        f"{int(m.sum())} outliers in '{s.name}' are marked and weigh nothing"
+        for s, m in zip(series, marks, strict=True)
+        if m.any()
     )
     return Ground(series, fit, judge, marks, notes)
 
 
 def _fit_base(h: Hypothesis, judge: Judge, seed: int) -> Fit:
-    """The base from many starts; those of a swarm among them where bounds are finite and samples independent."""
+    """The base from many starts; those of a swarm among them where bounds are finite and samples
+    independent."""
     starts = base_starts(h, seed, 12)
     plain = tuple(replace(w, root=None, ar=None) for w in judge.whiteners)
     problem = _boxed(h.experiment.problem(starts[0], plain))
@@ -113,7 +118,9 @@ def _with_motion(model: Model, case: Case, fit: Fit, k: int, s: Series) -> Serie
     e = fit.hypothesis.experiment
 
     def force(changed: Series) -> Array:
-        one = Experiment(e.model, e.function, replace(e.layout, place=e.layout.place[k : k + 1]), (changed,), e.constants)
+        one = Experiment(
+            e.model, e.function, replace(e.layout, place=e.layout.place[k : k + 1]), (changed,), e.constants
+        )
         return one.raw(fit.theta, 0)
 
     return errors_in_motion(model, case, case.fit[k], s, force)
@@ -146,12 +153,20 @@ def _port_values(model: Model, fit: Fit, k: int) -> dict[str, Array]:
 
     e = fit.hypothesis.experiment
     f = build(model, e.layout.wrt)
-    values = {**e.constants, **e.series[k].constants, **dict(zip(e.layout.wrt, e.local(fit.theta, k), strict=True))}
+    values = {
+        **e.constants,
+        **e.series[k].constants,
+        **dict(zip(e.layout.wrt, e.local(fit.theta, k), strict=True)),
+    }
     inputs = {i.name: e.series[k].inputs[i.name] for i in model.inputs}
-    return f.all(**inputs, **{n: v for n, v in values.items() if n in {p.name for p in model.scalar_parameters}})
+    return f.all(
+        **inputs, **{n: v for n, v in values.items() if n in {p.name for p in model.scalar_parameters}}
+    )
 
 
-def outcome_of(model: Model, case: Case, catalogue: Sequence[Effect], seed: int = 0) -> tuple[Setting, Outcome]:
+def outcome_of(
+    model: Model, case: Case, catalogue: Sequence[Effect], seed: int = 0
+) -> tuple[Setting, Outcome]:
     """Setting and outcome without a verdict, for studies of the search itself."""
     case, _ = thin(model, case)
     ground = prepare(model, case, seed)

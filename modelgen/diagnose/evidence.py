@@ -1,4 +1,5 @@
-"""Evidence for a fitted hypothesis: profile likelihood over the unknown noise level, with a price for each parameter."""
+"""Evidence for a fitted hypothesis: profile likelihood over the unknown noise level, with a price for each
+parameter."""
 
 from __future__ import annotations
 
@@ -41,10 +42,11 @@ def effective(white: Sequence[Array]) -> int:
     return max(2, sum(int(np.count_nonzero(e)) for e in white))
 
 
-def bic(white: Sequence[Array], prior: Sequence[Level], parameters: int, own: int = 0) -> float:
-    """Bayes' information criterion. Small samples pay more (AICc's correction), so that five points can't buy four numbers."""
+def bic(white: Sequence[Array], prior: Sequence[Level], parameters: int, own: int = 0, temper: float = 1.0) -> float:
+    """Bayes' information criterion. Small samples pay more (AICc's correction), so that five points can't buy
+    four numbers."""
     n = effective(white)
     k = parameters + own
     known = n + sum(p.count for p in prior)
     small = 2.0 * k * (k + 1) / max(known - k - 1, 1.0) if n < 200 else 0.0
-    return deviance(white, prior) + k * np.log(n) + small
+    return deviance(white, prior) / temper + k * float(np.log(max(n / temper, 3.0))) + small

@@ -1,4 +1,5 @@
-"""Is the best hypothesis good enough? What remains is tested for what noise is not: dependence on state, and level."""
+"""Is the best hypothesis good enough? What remains is tested for what noise is not: dependence on state, and
+level."""
 
 from __future__ import annotations
 
@@ -16,15 +17,19 @@ LEFT = 20.0
 """ΔBIC that a description without a catalogue must gain before the rest counts as physics."""
 EXPLAINED = 0.85
 """Share of the misfit that named effects must explain to be named although something is left."""
+PART = 0.3
+"""The same where even the best hypothesis stays far from the data: real records hold many effects, none exactly."""
 BETTER = 0.9
-"""A description without a catalogue is taken before named effects that gain less than this share of its evidence."""
+"""A description without a catalogue is taken before named effects that gain less than this share of its
+evidence."""
 GROSS = 3.0
 """A residual this many times the stated noise is not noise, whatever it looks like."""
 
 
 @dataclass(frozen=True)
 class Gate:
-    """The decision: `unknown` physics or not; `floor` mean square of plain white residuals that is noise; `scale` its root."""
+    """The decision: `unknown` physics or not; `floor` mean square of plain white residuals that is noise;
+    `scale` its root."""
 
     unknown: bool
     leftover: Leftover
@@ -39,30 +44,50 @@ def judge_adequacy(setting: Setting, outcome: Outcome, sensitivities: Mapping[st
     """Gate on the residual of the best hypothesis."""
     best = outcome.best
     plain = [
-        replace(s.whitener, ar=None).apply(best.hypothesis.experiment.raw(best.theta, k)) for k, s in enumerate(setting.series)
+        replace(s.whitener, ar=None).apply(best.hypothesis.experiment.raw(best.theta, k))
+        for k, s in enumerate(setting.series)
     ]
     base = [
         replace(s.whitener, ar=None).apply(outcome.base.hypothesis.experiment.raw(outcome.base.theta, k))
         for k, s in enumerate(setting.series)
     ]
     after, before = _mean_square(plain), _mean_square(base)
-    scatter = float(np.mean([local_scatter(x) ** 2 for e in plain for x in e])) if plain[0].shape[1] >= 8 else 1.0
+    scatter = (
+        float(np.mean([local_scatter(x) ** 2 for e in plain for x in e])) if plain[0].shape[1] >= 8 else 1.0
+    )
     left = leftover(setting.model, outcome.judge, best, sensitivities)
     stated = all(s.stated for s in setting.series)
     gross = stated and np.sqrt(after) > GROSS and plain[0].shape[1] >= 8
     structured = left.gain > LEFT
-    rival = leftover(setting.model, outcome.judge, outcome.base, sensitivities) if best.hypothesis.added and not setting.model.is_time_model else left
+    rival = (
+        leftover(setting.model, outcome.judge, outcome.base, sensitivities)
+        if best.hypothesis.added and not setting.model.is_time_model
+        else left
+    )
     floor = min(after, max(scatter, 1.0 if stated else 0.0)) if structured or gross else after
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
     unknown = (structured or gross) and (not best.hypothesis.added or explained < EXPLAINED)
+    if outcome.judge.temper > 1.0:
+        unknown = not best.hypothesis.added or explained < PART
     gained = outcome.base.bic - best.bic
-    if best.hypothesis.added and rival.gain > gained + LEFT and gained < BETTER * rival.gain:
+    if outcome.judge.temper == 1.0 and best.hypothesis.added and rival.gain > gained + LEFT and gained < BETTER * rival.gain:
         unknown, left, structured = True, rival, True  # what no catalogue holds fits better, and by far
     notes: tuple[str, ...] = ()
-    if (structured or gross) and not unknown:
-        notes = (f"the named effects explain {explained:.0%} of the misfit; still left is {np.sqrt(after / floor):.1f} times the noise: {left.says or 'not noise'}",)
+    if (structured or gross or outcome.judge.temper > 1.0) and not unknown:
+        notes = (
+            f"the named effects explain {explained:.0%} of the misfit; still left is "
+            f"{np.sqrt(after / floor):.1f} times the noise: {left.says or 'not noise'}",
+        )
     probability = float(1 / (1 + np.exp(-min(left.gain, 60.0) / 2 + 5.0))) if structured else 0.9
-    return Gate(unknown, left, probability, floor, float(np.sqrt(floor)), _noise_words(setting, outcome, after, stated), notes)
+    return Gate(
+        unknown,
+        left,
+        probability,
+        floor,
+        float(np.sqrt(floor)),
+        _noise_words(setting, outcome, after, stated),
+        notes,
+    )
 
 
 def _mean_square(white: list[Array]) -> float:

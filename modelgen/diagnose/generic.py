@@ -1,14 +1,15 @@
-"""What is left, described without a catalogue: which variables the remaining residual depends on, and at which port.
+"""What is left, described without a catalogue: which variables the remaining residual depends on, and at
+which port.
 
-Frequency: resonant atoms at each port, by matching pursuit beside the fit's own sensitivities. Time: functions of few
-variables, linear and hysteretic memories, lines of a spectrum. All under the noise as it is judged, colour included.
+Frequency: resonant atoms at each port, by matching pursuit beside the fit's own sensitivities. Time:
+functions of few variables, linear and hysteretic memories, lines of a spectrum. All under the noise as it is
+judged, colour included.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate
 
 import numpy as np
 
@@ -22,7 +23,8 @@ from modelgen.language import Model
 
 @dataclass(frozen=True)
 class Leftover:
-    """The best description of what remains: ΔBIC gained (positive is better), χ² explained, port and sentence."""
+    """The best description of what remains: ΔBIC gained (positive is better), χ² explained, port and
+    sentence."""
 
     gain: float
     chi2: float
@@ -31,7 +33,8 @@ class Leftover:
 
 
 def leftover(model: Model, judge: Judge, fit: Fit, sensitivities: Mapping[str, Array]) -> Leftover:
-    """Describe what the fit leaves. `sensitivities` (frequency models): port → d(output)/d(port quantity), complex.
+    """Describe what the fit leaves. `sensitivities` (frequency models): port → d(output)/d(port quantity),
+    complex.
 
     `gain` is 0 with empty words when no description gains anything.
     """
@@ -43,7 +46,8 @@ def leftover(model: Model, judge: Judge, fit: Fit, sensitivities: Mapping[str, A
 
 
 def _gain(tangent: Tangent, columns: Array, n: int, price: float = 0.0) -> tuple[float, float, Array]:
-    """(ΔBIC, χ², residual then) of free amounts of `columns` (N, k) beside the fit, its level profiled; `price` for looking."""
+    """(ΔBIC, χ², residual then) of free amounts of `columns` (N, k) beside the fit, its level profiled;
+    `price` for looking."""
     rest = tangent.off(columns)
     size = np.linalg.norm(rest, axis=0)
     keep = size > 1e-6 * np.linalg.norm(columns, axis=0)
@@ -59,10 +63,13 @@ def _gain(tangent: Tangent, columns: Array, n: int, price: float = 0.0) -> tuple
     return -n * float(np.log1p(-share)) - int(good.sum()) * float(np.log(n)) - price, explained, left
 
 
-# -- frequency ---------------------------------------------------------------------------------------------------
+# -- frequency
+# ---------------------------------------------------------------------------------------------------
 
 
-def _in_frequency(judge: Judge, fit: Fit, tangent: Tangent, sensitivities: Mapping[str, Array]) -> list[Leftover]:
+def _in_frequency(
+    judge: Judge, fit: Fit, tangent: Tangent, sensitivities: Mapping[str, Array]
+) -> list[Leftover]:
     e = fit.hypothesis.experiment
     if any(s.measure != "complex" for s in e.series):
         return []
@@ -95,7 +102,8 @@ def _in_frequency(judge: Judge, fit: Fit, tangent: Tangent, sensitivities: Mappi
 
 
 def _resonances(f: Array) -> tuple[list[Array], list[tuple[float, float]]]:
-    """Complex unit atoms 1/(1 + jQ(f/f0 − f0/f)), each also times j: columns of an amplitude and its quadrature."""
+    """Complex unit atoms 1/(1 + jQ(f/f0 − f0/f)), each also times j: columns of an amplitude and its
+    quadrature."""
     atoms: list[Array] = []
     places: list[tuple[float, float]] = []
     decades = float(np.log(f.max() / f.min()))
@@ -118,35 +126,46 @@ def _whiten(judge: Judge, series: Sequence[object], z: Array) -> Array:
     return np.concatenate(out)
 
 
-# -- time --------------------------------------------------------------------------------------------------------
+# -- time
+# --------------------------------------------------------------------------------------------------------
 
 
 def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
-    """Groups of terms in time, each judged with the colour of its own residual, so that coloured noise gains nothing."""
+    """Groups of terms in time, each judged with the colour of its own residual, so that coloured noise gains
+    nothing."""
     plain = Judge(tuple(replace(w, ar=None) for w in judge.whiteners), judge.prior)
     fit = plain.look(fit.hypothesis, fit.theta)
     tangent = Tangent.of(*plain.tangent(fit))
     e = fit.hypothesis.experiment
     n = effective(fit.white)
     names = {i.derived[0]: i.name for i in model.inputs if i.derived}
-    moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
+    moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), "")
     found = [_line(model, fit, n)]
-    for says, port, make in _groups() if moved is not None else ():
+    for says, port, make in _groups() if moved else ():
         blocks = []
         for k, s in enumerate(e.series):
             force = e.raw(fit.theta, k)[0] + s.data[0]
-            columns = np.stack(list(make(_unit(s.inputs[moved]), _speed(s.inputs[names["rate"]]), s.inputs[model.axis], _unit(force))))
+            z, v = _unit(s.inputs[moved]), _speed(s.inputs[names["rate"]])
+            columns = np.stack(list(make(z, v, s.inputs[model.axis], _unit(force))))
             blocks.append(plain.whiteners[k].apply(columns[None])[0].T)
-        found.append(_best_of(tangent, np.concatenate(blocks), n, fit.white, port, says, TOGETHER.get(make.__name__, 0)))
+        found.append(
+            _best_of(
+                tangent, np.concatenate(blocks), n, fit.white, port, says, TOGETHER.get(make.__name__, 0)
+            )
+        )
     return found
 
 
 TOGETHER = {"position": 2, "shown": 1}
-"""Groups of which only so many terms act at a time (a pitch, a limit): each is tried, at the price of looking."""
+"""Groups of which only so many terms act at a time (a pitch, a limit): each is tried, at the price of
+looking."""
 
 
-def _best_of(tangent: Tangent, columns: Array, n: int, white: Sequence[Array], port: str, says: str, few: int) -> Leftover:
-    """The gain of a group of terms, all at once or the best `few` neighbours of them; checked with colours of their own."""
+def _best_of(
+    tangent: Tangent, columns: Array, n: int, white: Sequence[Array], port: str, says: str, few: int
+) -> Leftover:
+    """The gain of a group of terms, all at once or the best `few` neighbours of them; checked with colours of
+    their own."""
     size = columns.shape[1]
     sets = [list(range(size))] if not few else [list(range(k, k + few)) for k in range(0, size, few)]
     price = 2 * float(np.log(len(sets)))
@@ -158,7 +177,8 @@ def _best_of(tangent: Tangent, columns: Array, n: int, white: Sequence[Array], p
 
 
 def _own_colours(white: Sequence[Array], rest: Array) -> float:
-    """2 Δ ln L of a residual `white` against what is left of it (`rest`, joined), each with a colour of its own."""
+    """2 Δ ln L of a residual `white` against what is left of it (`rest`, joined), each with a colour of its
+    own."""
     total, at = 0.0, 0
     for x in white:
         y = rest[at : at + x.size].reshape(x.shape)
@@ -170,7 +190,9 @@ def _own_colours(white: Sequence[Array], rest: Array) -> float:
             for lag, a in enumerate(ar[1:], 1):
                 filtered[..., lag:] += a * z[..., :-lag]
             used = filtered[z != 0]
-            parts.append(used.size * float(np.log(np.mean(used**2))) + (len(ar) - 1) * float(np.log(max(used.size, 2))))
+            parts.append(
+                used.size * float(np.log(np.mean(used**2))) + (len(ar) - 1) * float(np.log(max(used.size, 2)))
+            )
         total += parts[0] - parts[1]
     return total
 
@@ -184,7 +206,7 @@ def _speed(v: Array) -> Array:
     return v / (float(np.quantile(np.abs(v), 0.995)) or 1.0)
 
 
-def _groups() -> list[tuple[str, str, object]]:
+def _groups() -> list[tuple[str, str, Callable[[Array, Array, Array, Array], Iterable[Array]]]]:
     def position(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
         for k in np.geomspace(1.0, 80.0, 90):
             yield np.cos(k * np.pi * z)
@@ -208,10 +230,12 @@ def _groups() -> list[tuple[str, str, object]]:
             yield _play(z, g)
 
     def memory(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        from scipy.signal import lfilter
+
         step = float(np.median(np.diff(t)))
         for tau in np.geomspace(3 * step, max((t[-1] - t[0]) / 2, 6 * step), 7):
             a = np.exp(-step / tau)
-            yield np.array(list(accumulate((z - z[0]).tolist(), lambda y, x, a=a: a * y + (1 - a) * x)))
+            yield lfilter([1 - a], [1, -a], z - z[0])
 
     def shown(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
         for q in (0.3, 0.5, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995):
@@ -244,7 +268,11 @@ def _line(model: Model, fit: Fit, n: int) -> Leftover:
 
     The price is that of having looked at every frequency.
     """
-    series = [(s.inputs[model.axis], e[0]) for s, e in zip(fit.hypothesis.experiment.series, fit.white, strict=True) if s.n >= 200]
+    series = [
+        (s.inputs[model.axis], e[0])
+        for s, e in zip(fit.hypothesis.experiment.series, fit.white, strict=True)
+        if s.n >= 200
+    ]
     if not series:
         return Leftover(0.0, 0.0, "sensor", "")
     span = max(float(t[-1] - t[0]) for t, _ in series)

@@ -30,7 +30,8 @@ class Held:
 
 
 def look_at_holdout(setting: Setting, base: Fit, best: Fit, scale: float) -> Held:
-    """Residuals of both models on the held-out recordings; own parameters of a recording are fitted on it, no others."""
+    """Residuals of both models on the held-out recordings; own parameters of a recording are fitted on it, no
+    others."""
     notes: tuple[str, ...] = ()
     try:
         series = tuple(make_series(setting.model, setting.case, r) for r in setting.case.holdout)
@@ -49,11 +50,17 @@ def look_at_holdout(setting: Setting, base: Fit, best: Fit, scale: float) -> Hel
 
 
 def _over_noise(setting: Setting, s: Series, e: Array) -> Array:
-    """Residuals over the noise; where its level is not stated, that of the fit recordings counts. Outliers are left out."""
+    """Residuals over the noise; where its level is not stated, that of the fit recordings counts. Outliers
+    are left out."""
     w = s.whitener
     if not s.stated:
         ref = setting.series[0]
-        level = float(np.median(np.abs(ref.whitener.weight[np.abs(ref.whitener.weight) > 0]) * (ref.size[: ref.n].mean() if np.iscomplexobj(ref.whitener.weight) else 1.0)))
+        level = float(
+            np.median(
+                np.abs(ref.whitener.weight[np.abs(ref.whitener.weight) > 0])
+                * (ref.size[: ref.n].mean() if np.iscomplexobj(ref.whitener.weight) else 1.0)
+            )
+        )
         own = float(np.median(np.abs(w.weight)) * (s.size.mean() if np.iscomplexobj(w.weight) else 1.0))
         w = w.scaled(own / level)
     white = w.apply(e)
@@ -98,7 +105,8 @@ def _fit_own(e: Experiment, theta: Array, own: list[int]) -> Array:
 
     low, high = whole.lower[own], whole.upper[own]
     problem = Problem(
-        tuple(whole.names[k] for k in own), tuple(whole.units[k] for k in own), low, high, np.clip(theta[own], low, high),
+        tuple(whole.names[k] for k in own), tuple(whole.units[k] for k in own), low, high,
+        np.clip(theta[own], low, high),
         residual=lambda x: linearise(x)[0], linearise=linearise, n_data=whole.n_data,
     )  # fmt: skip
     return full(np.asarray(GaussNewton(max_iter=40).run(problem).theta))

@@ -23,7 +23,8 @@ MARGIN = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Addition:
-    """An effect at a port, with the search range of each of its shapes (and of strengths tried at a finite value)."""
+    """An effect at a port, with the search range of each of its shapes (and of strengths tried at a finite
+    value)."""
 
     effect: Effect
     port: Port
@@ -46,7 +47,8 @@ class Addition:
         return family(self.effect)
 
     def extend(self, model: Model) -> Model:
-        """`model` with this effect; the port is looked up by its equation, which other effects keep in place."""
+        """`model` with this effect; the port is looked up by its equation, which other effects keep in
+        place."""
         port = next(p for p in model.ports if p.kind == self.port.kind and p.equation == self.port.equation)
         return _with_ranges(self.effect.extend(model, port), self)
 
@@ -58,7 +60,9 @@ class Addition:
         points: list[dict[str, float]] = [{}]
         for q in tried:
             low, high = self.ranges[q.name]
-            values = np.geomspace(low, high, q.points) if q.log and low > 0 else np.linspace(low, high, q.points)
+            values = (
+                np.geomspace(low, high, q.points) if q.log and low > 0 else np.linspace(low, high, q.points)
+            )
             points = [{**p, f"{self.id}_{q.name}": float(v)} for p in points for v in values]
         return points
 
@@ -78,14 +82,16 @@ def _with_ranges(model: Model, a: Addition) -> Model:
     return replace(model, parameters=tuple(names.get(p.name, p) for p in model.parameters))
 
 
-def additions(model: Model, effects: Sequence[Effect], scales: Mapping[str, Array], port_sizes: Mapping[str, Array]) -> list[Addition]:
+def additions(
+    model: Model, effects: Sequence[Effect], scales: Mapping[str, Array], port_sizes: Mapping[str, Array]
+) -> list[Addition]:
     """All effects that fit a port of `model` and whose scales the recordings have."""
     found = []
     for e in effects:
         for port in e.fits(model):
             known = {**scales, "port": port_sizes[port.equation]}
             try:
-                tried = [*e.shapes, *(q for q in e.strengths if e.secant and q.scale)]
+                tried: list[Strength | Shape] = [*e.shapes, *(q for q in e.strengths if e.secant and q.scale)]
                 ranges = {q.name: search_range(q, known) for q in tried}
             except KeyError:
                 continue
@@ -138,8 +144,11 @@ def centre(p: Parameter) -> float:
     return max(low, 0.0) if low > -inf else min(high, 0.0)
 
 
-def make_hypotheses(model: Model, case: Case, series: Sequence[Series], sets: Sequence[tuple[Addition, ...]]) -> list[Hypothesis]:
-    """Extend, compile (all at once) and prepare. What can't be built or has more numbers than data is left out."""
+def make_hypotheses(
+    model: Model, case: Case, series: Sequence[Series], sets: Sequence[tuple[Addition, ...]]
+) -> list[Hypothesis]:
+    """Extend, compile (all at once) and prepare. What can't be built or has more numbers than data is left
+    out."""
     made: list[tuple[tuple[Addition, ...], Model, Any]] = []
     count = sum(s.data.size for s in series)
     for added in sets:
@@ -153,7 +162,9 @@ def make_hypotheses(model: Model, case: Case, series: Sequence[Series], sets: Se
         if len(layout.names) <= count:
             made.append((added, extended, layout))
     measures = sorted({s.measure for s in series})
-    kernels = ("values", "jacobian", "sumsq") if sets == [()] else ("values", "jacobian")  # a base is swarmed over
+    kernels = (
+        ("values", "jacobian", "sumsq") if sets == [()] else ("values", "jacobian")
+    )  # a base is swarmed over
     functions = build_many([(m, layout.wrt) for _, m, layout in made], kernels, measures)
     constants = dict(case.constants)
     return [

@@ -1,4 +1,5 @@
-"""Where the model differs from the recordings: the stretch of the axis, or the part of the stroke, with most misfit."""
+"""Where the model differs from the recordings: the stretch of the axis, or the part of the stroke, with most
+misfit."""
 
 from __future__ import annotations
 
@@ -14,8 +15,11 @@ MASS = 0.8
 """A mismatch is the shortest stretch that holds this share of the excess misfit."""
 
 
-def locate(model: Model, series: Sequence[Series], white: Sequence[Array], port: str, floor: float) -> tuple[Mismatch, ...]:
-    """One mismatch for each recording whose residual stands above the noise `floor` (mean square), worst first."""
+def locate(
+    model: Model, series: Sequence[Series], white: Sequence[Array], port: str, floor: float
+) -> tuple[Mismatch, ...]:
+    """One mismatch for each recording whose residual stands above the noise `floor` (mean square), worst
+    first."""
     found = []
     for s, e in zip(series, white, strict=True):
         power = np.mean(e**2, axis=0)
@@ -64,6 +68,11 @@ def _state(model: Model, s: Series, e: Array) -> str:
         count = np.bincount(bins, minlength=8)
         means = np.bincount(bins, power, minlength=8) / np.maximum(count, 1)
         k = int(np.argmax(means))
-        tests.append((float(means[k] / max(power.mean(), 1e-300)), f"largest at {name} from {edges[k]:.3g} to {edges[k + 1]:.3g} {u}"))
+        tests.append(
+            (
+                float(means[k] / max(power.mean(), 1e-300)),
+                f"largest at {name} from {edges[k]:.3g} to {edges[k + 1]:.3g} {u}",
+            )
+        )
     best = max(tests)
     return best[1] if best[0] > 1.5 else "spread over the whole stroke"

@@ -1,9 +1,11 @@
-"""What in a residual is noise: outliers, level, and colour. Colour is taken from the best hypothesis, never the base."""
+"""What in a residual is noise: outliers, level, and colour. Colour is taken from the best hypothesis, never
+the base."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -26,8 +28,11 @@ def outliers(white: Array) -> Array:
         windows = np.lib.stride_tricks.sliding_window_view(padded, 7)
         alone = x - np.median(windows, axis=1)
         level = 1.4826 * np.median(np.abs(alone))
-        # where the signal itself is rough (reversals), neighbours are far off as well: compare with the local level
-        local = 1.4826 * np.median(np.abs(np.lib.stride_tricks.sliding_window_view(np.pad(alone, 10, mode="reflect"), 21)), axis=1)
+        # where the signal itself is rough (reversals), neighbours are far off as well: compare with the local
+        # level
+        local = 1.4826 * np.median(
+            np.abs(np.lib.stride_tricks.sliding_window_view(np.pad(alone, 10, mode="reflect"), 21)), axis=1
+        )
         far |= np.abs(alone) > GROSS * np.maximum(level, 1.5 * local) + 1e-300
     return far if far.mean() < 0.1 else np.zeros(n, dtype=bool)
 
@@ -41,10 +46,12 @@ def masked(series: Sequence[Series], marks: Sequence[Array]) -> tuple[Series, ..
 
 
 def autoregression(white: Array, most: int) -> Array:
-    """Whitening filter (1, a1, …) of a residual (channels, n), its order by BIC (0 … most). Scaled to unit input variance.
+    """Whitening filter (1, a1, …) of a residual (channels, n), its order by BIC (0 … most). Scaled to unit
+    input variance.
 
-    Fitted by least squares over both channels; the innovation's standard deviation is divided out relative to the
-    residual's own, so that the filter changes the colour of the noise and not what its level was stated to be.
+    Fitted by least squares over both channels; the innovation's standard deviation is divided out relative to
+    the residual's own, so that the filter changes the colour of the noise and not what its level was stated
+    to be.
     """
     n = white.shape[1]
     most = int(min(most, n // 10))
@@ -74,15 +81,34 @@ def coloured(whiteners: Sequence[Whitener], white: Sequence[Array], most: int) -
     )
 
 
+def correlation_length(white: Sequence[Array]) -> float:
+    """Integrated autocorrelation time of residuals in samples, 1 for independent ones, the largest of the recordings."""
+    longest = 1.0
+    for x in white:
+        n = x.shape[1]
+        d = x - x.mean(axis=1, keepdims=True)
+        power = float(np.sum(d**2)) or 1.0
+        total = 1.0
+        for lag in range(1, max(2, n // 8)):
+            c = float(np.sum(d[:, lag:] * d[:, :-lag])) / power
+            if c <= 0.05:
+                break
+            total += 2 * c
+        longest = max(longest, total)
+    return longest
+
+
 ENDS = 4.0
 """How much worse a smoothed motion is near the ends of a record than its own estimate says."""
 
 
-def errors_in_motion(model: Model, case: Case, recording: Recording, s: Series, force: Callable[[Series], Array]) -> Series:
+def errors_in_motion(
+    model: Model, case: Case, recording: Recording, s: Series, force: Callable[[Series], Array]
+) -> Series:
     """The series with the noise that errors of the smoothed displacement and of its rate make in the output.
 
-    `force` evaluates the base at its fit on a series; errors of displacement are propagated through it, sample by
-    sample, so that they count as noise and not as physics.
+    `force` evaluates the base at its fit on a series; errors of displacement are propagated through it,
+    sample by sample, so that they count as noise and not as physics.
     """
     motion = {i.derived[0]: i.name for i in model.inputs if i.derived}
     moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
@@ -96,7 +122,7 @@ def errors_in_motion(model: Model, case: Case, recording: Recording, s: Series, 
     ends = np.where((n < window) | (s.n - 1 - n < window), ENDS, 1.2)
     base = force(s)
     off = np.zeros(s.n)
-    places = {motion["rate"]: k.sigma_v, moved: k.sigma_z}
+    places: dict[str, Any] = {motion["rate"]: k.sigma_v, moved: k.sigma_z}
     for name, std in places.items():
         std = np.broadcast_to(std, s.n) * ends
         if not (np.any(std > 0) and np.all(np.isfinite(std))):
@@ -104,7 +130,11 @@ def errors_in_motion(model: Model, case: Case, recording: Recording, s: Series, 
         shifted = {name: s.inputs[name] + std}
         if name == moved:  # the whole path moves, so that no step of it changes
             before = np.concatenate([std[:1], std[:-1]])
-            shifted |= {motion[m]: s.inputs[motion[m]] + d for m, d in (("turning", before), ("previous", before)) if m in motion}
+            shifted |= {
+                motion[m]: s.inputs[motion[m]] + d
+                for m, d in (("turning", before), ("previous", before))
+                if m in motion
+            }
         off += (force(replace(s, inputs={**s.inputs, **shifted})) - base)[0] ** 2
     level = np.sqrt(1.0 + np.mean(np.abs(s.whitener.weight), axis=0) ** 2 * off)
     return replace(s, whitener=s.whitener.masked(1.0 / level))

@@ -10,6 +10,11 @@ _ANY = (-float("inf"), float("inf"))
 def probe(port: Port) -> Addition:
     """An addition of a constant to the port's equation; never a hypothesis of its own."""
     effect = Effect(
-        "port_probe", (port.kind,), "a constant", "", (Strength("x", "{port}", bounds=_ANY),), add(lambda at, p: p["x"])
+        "port_probe",
+        (port.kind,),
+        "a constant",
+        "",
+        (Strength("x", "{port}", bounds=_ANY),),
+        add(lambda at, p: p["x"]),
     )
     return Addition(effect, port, {})

@@ -12,7 +12,8 @@ from modelgen.diagnose.refit import Fit
 from modelgen.diagnose.search import CLOSE, Outcome
 
 TEMPER = 1.3
-"""BIC differences are divided by this before they become odds: laws are never exactly those of the catalogue."""
+"""BIC differences are divided by this before they become odds: laws are never exactly those of the
+catalogue."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,11 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
     found = []
     for a in best.hypothesis.added:
         rest = best.hypothesis.key - {a.key}
-        rivals = [f for f in outcome.tried if len(f.hypothesis.key) == len(best.hypothesis.key) and rest <= f.hypothesis.key]
+        rivals = [
+            f
+            for f in outcome.tried
+            if len(f.hypothesis.key) == len(best.hypothesis.key) and rest <= f.hypothesis.key
+        ]
         if not any(f.hypothesis is best.hypothesis for f in rivals):
             rivals.append(best)
         w = weights(rivals)
@@ -59,7 +64,8 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
 
 
 def _share(outcome: Outcome, a: Addition) -> float:
-    """The part of the explained misfit that goes when this effect alone is left out of the best hypothesis."""
+    """The part of the explained misfit that goes when this effect alone is left out of the best
+    hypothesis."""
     best = outcome.best
     without = [f for f in outcome.tried if f.hypothesis.key == best.hypothesis.key - {a.key}]
     level = min((f.chi2 for f in without), default=outcome.base.chi2)

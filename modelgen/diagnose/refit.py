@@ -38,10 +38,15 @@ class Fit:
 
 @dataclass(frozen=True)
 class Judge:
-    """What all hypotheses are fitted and compared under: whiteners and priors on the noise level."""
+    """What all hypotheses are fitted and compared under: whiteners and priors on the noise level.
+
+    `temper` > 1 where even the best hypothesis leaves far more than noise: the correlation length of what is left, in
+    samples, by which evidence is divided. Residuals of wrong models are no independent data.
+    """
 
     whiteners: tuple[Whitener, ...]
     prior: tuple[Level, ...]
+    temper: float = 1.0
 
     def fit(self, h: Hypothesis, starts: Iterable[Array], iterations: int = 60) -> Fit:
         """The best of local fits from `starts`."""
@@ -65,7 +70,11 @@ class Judge:
         with np.errstate(all="ignore"):
             white = tuple(h.experiment.whitened(theta, self.whiteners))
         free = _free(h, theta)
-        value = bic(white, self.prior, free) - 2 * h.log_common if all(np.all(np.isfinite(e)) for e in white) else np.inf
+        value = (
+            bic(white, self.prior, free) - 2 * h.log_common
+            if all(np.all(np.isfinite(e)) for e in white)
+            else np.inf
+        )
         return Fit(h, theta, white, float(value), free)
 
     def tangent(self, fit: Fit) -> tuple[Array, Array]:
@@ -74,7 +83,8 @@ class Judge:
 
 
 def _free(h: Hypothesis, theta: Array) -> int:
-    """Number of parameters that are not held by a bound: a passive element driven to nothing costs nothing."""
+    """Number of parameters that are not held by a bound: a passive element driven to nothing costs
+    nothing."""
     low = np.array([p.bounds[0] for p in h.experiment.layout.parameters])
     high = np.array([p.bounds[1] for p in h.experiment.layout.parameters])
     size = np.where(np.isfinite(high - low), high - low, np.maximum(np.abs(theta), 1e-300))
@@ -83,9 +93,11 @@ def _free(h: Hypothesis, theta: Array) -> int:
 
 
 def base_starts(h: Hypothesis, seed: int, count: int = 8) -> list[Array]:
-    """Starts for the base: its defaults, and points spread over the bounds of parameters that have finite ones.
+    """Starts for the base: its defaults, and points spread over the bounds of parameters that have finite
+    ones.
 
-    Parameters with bounds many decades apart are spread by the logarithm; those without bounds stay at their defaults.
+    Parameters with bounds many decades apart are spread by the logarithm; those without bounds stay at their
+    defaults.
     """
     p = h.experiment.layout.parameters
     default = np.array([q.default if q.default is not None else centre(q) for q in p])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,12 @@ def record_scales(model: Model, series: Sequence[Series]) -> dict[str, Array]:
     """Scales of `effects.Shape` that depend on the recordings alone (arrays over samples or recordings)."""
     if not model.is_time_model:
         omega = np.concatenate([2 * np.pi * s.inputs[model.axis] for s in series])
-        return {"omega": omega, "time": 1 / omega, "duration": np.array([1 / omega.min()]), "samples": np.array([float(s.n) for s in series])}
+        return {
+            "omega": omega,
+            "time": 1 / omega,
+            "duration": np.array([1 / omega.min()]),
+            "samples": np.array([float(s.n) for s in series]),
+        }
     time = [s.inputs[model.axis] for s in series]
     duration = np.array([t[-1] - t[0] for t in time])
     step = np.array([float(np.median(np.diff(t))) for t in time])

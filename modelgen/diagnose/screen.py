@@ -1,4 +1,5 @@
-"""Score tests: how much of the base's residual an effect's first derivative explains that the base's own do not."""
+"""Score tests: how much of the base's residual an effect's first derivative explains that the base's own do
+not."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ from modelgen.diagnose.hypothesis import Addition, Hypothesis
 from modelgen.fit.series import Array, Whitener
 
 BLIND = 1e-7
-"""Share of a derivative's square that must be left beside the base's sensitivities; less is a parameter renamed."""
+"""Share of a derivative's square that must be left beside the base's sensitivities; less is a parameter
+renamed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +32,8 @@ class Score:
 
 @dataclass(frozen=True, eq=False)
 class Tangent:
-    """Residual and sensitivities of a fitted hypothesis: r (N,) and an orthonormal basis q (N, p) of its Jacobian."""
+    """Residual and sensitivities of a fitted hypothesis: r (N,) and an orthonormal basis q (N, p) of its
+    Jacobian."""
 
     r: Array
     q: Array
@@ -39,7 +42,11 @@ class Tangent:
     def of(r: Array, J: Array) -> Tangent:
         size = np.linalg.norm(J, axis=0)
         kept = J[:, size > 0] / size[size > 0]
-        u, s, _ = np.linalg.svd(kept, full_matrices=False) if kept.shape[1] else (np.zeros((len(r), 0)), np.zeros(0), None)
+        u, s, _ = (
+            np.linalg.svd(kept, full_matrices=False)
+            if kept.shape[1]
+            else (np.zeros((len(r), 0)), np.zeros(0), None)
+        )
         return Tangent(r, u[:, s > 1e-10 * (s[0] if s.size else 1.0)])
 
     def off(self, columns: Array) -> Array:
@@ -57,12 +64,17 @@ def score(
     keep: int = 3,
     points: Sequence[Mapping[str, float]] | None = None,
 ) -> Score:
-    """Score test of the last effect of `h` over the grid of its shapes (or at `points`), at the base's fit."""
+    """Score test of the last effect of `h` over the grid of its shapes (or at `points`), at the base's
+    fit."""
     a = h.added[-1]
     tries: list[tuple[float, Mapping[str, float]]] = []
     blind = True
     for point in a.grid() if points is None else points:
-        gain, values = _secant(h, base, theta, tangent, whiteners, point) if a.effect.secant else _slope(h, base, theta, tangent, whiteners, point)
+        gain, values = (
+            _secant(h, base, theta, tangent, whiteners, point)
+            if a.effect.secant
+            else _slope(h, base, theta, tangent, whiteners, point)
+        )
         if gain is None:
             continue
         blind = False
@@ -72,13 +84,15 @@ def score(
     return Score(h, best, tuple(_apart(tries, keep)), blind)
 
 
-def _apart(tries: list[tuple[float, Mapping[str, float]]], keep: int) -> list[tuple[float, Mapping[str, float]]]:
+def _apart(
+    tries: list[tuple[float, Mapping[str, float]]], keep: int
+) -> list[tuple[float, Mapping[str, float]]]:
     """The best starting points, not all from one place of the grid."""
     chosen: list[tuple[float, Mapping[str, float]]] = []
     for gain, values in tries:
         if len(chosen) == keep:
             break
-        if not chosen or gain > 0 and all(_far(values, v) for _, v in chosen):
+        if not chosen or (gain > 0 and all(_far(values, v) for _, v in chosen)):
             chosen.append((gain, values))
     return chosen
 
@@ -89,7 +103,12 @@ def _far(a: Mapping[str, float], b: Mapping[str, float]) -> bool:
 
 
 def _slope(
-    h: Hypothesis, base: Hypothesis, theta: Array, tangent: Tangent, whiteners: Sequence[Whitener], point: Mapping[str, float]
+    h: Hypothesis,
+    base: Hypothesis,
+    theta: Array,
+    tangent: Tangent,
+    whiteners: Sequence[Whitener],
+    point: Mapping[str, float],
 ) -> tuple[float | None, dict[str, float]]:
     """One-sided score of the strengths' derivatives at null."""
     at = h.place(base, theta, point)
@@ -111,8 +130,9 @@ def _slope(
     high = np.array([h.experiment.layout.parameters[i].bounds[1] for i in index])
     null = at[index]
     wrong = (null + step < low) | (null + step > high)
-    if wrong.any() and len(names) == 1 or wrong.all():
-        # the strength would have the sign that physics forbids: a small start in the allowed direction all the same
+    if (wrong.any() and len(names) == 1) or wrong.all():
+        # the strength would have the sign that physics forbids: a small start in the allowed direction all
+        # the same
         allowed = np.where(low >= null, 1.0, -1.0)
         small = allowed * 0.1 / np.sqrt(np.maximum(size, 1e-300))
         return 0.0, dict(zip(names, (np.clip(null + small, low, high)).tolist(), strict=True))
@@ -122,7 +142,12 @@ def _slope(
 
 
 def _secant(
-    h: Hypothesis, base: Hypothesis, theta: Array, tangent: Tangent, whiteners: Sequence[Whitener], point: Mapping[str, float]
+    h: Hypothesis,
+    base: Hypothesis,
+    theta: Array,
+    tangent: Tangent,
+    whiteners: Sequence[Whitener],
+    point: Mapping[str, float],
 ) -> tuple[float | None, dict[str, float]]:
     """Gain of the finite change that a strength makes, with the base's parameters free to follow."""
     at = h.place(base, theta, point)

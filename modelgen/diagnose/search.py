@@ -8,18 +8,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modelgen.diagnose.evidence import bic, levels
-from modelgen.diagnose.hypothesis import Addition, Hypothesis, make_hypotheses
-from modelgen.diagnose.noise import coloured, local_level
+from modelgen.diagnose.hypothesis import Addition, make_hypotheses
+from modelgen.diagnose.noise import coloured, correlation_length, local_level
 from modelgen.diagnose.refit import Fit, Judge, refine
 from modelgen.diagnose.screen import Score, Tangent, score
-from modelgen.fit.series import Series
+from modelgen.fit.series import Array, Series
 from modelgen.language import Model
 from modelgen.recordings import Case
 
 ALARM = 10.0
-"""ΔBIC that an effect must gain to be claimed: with thirty candidates a false alarm in less than one of a hundred."""
+"""ΔBIC that an effect must gain to be claimed: with thirty candidates a false alarm in less than one of a
+hundred."""
 CLOSE = 10.0
 """ΔBIC within which the data do not exclude a hypothesis."""
+GROSS_STATED, GROSS_ESTIMATED = 3.0, 8.0
+"""A residual this many times the noise (stated; scatter between neighbours) is a wrong model's, not coloured noise."""
+WORTH = 0.9
+"""Where models stay far from the data, an effect must take away a tenth of the misfit to be named."""
 SLACK = 1.5
 """A refit may gain this many times what the score promised at first order."""
 MOST = 3
@@ -49,7 +54,8 @@ class Setting:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What a search found, all under the judge at its end: the base, the chosen fit, and all that were tried."""
+    """What a search found, all under the judge at its end: the base, the chosen fit, and all that were
+    tried."""
 
     judge: Judge
     base: Fit
@@ -64,7 +70,8 @@ def white_judge(series: Sequence[Series]) -> Judge:
 
 
 def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Outcome:
-    """Forward selection with a beam and swaps, the colour of the noise taken from the best hypothesis so far."""
+    """Forward selection with a beam and swaps, the colour of the noise taken from the best hypothesis so
+    far."""
     singles = make_hypotheses(s.model, s.case, s.series, [(a,) for a in s.additions])
     if progress:
         progress(0.3, "screening")
@@ -95,15 +102,33 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
         best = winner
         beam = sorted(grown, key=lambda f: f.bic)[: s.beam]
     same = [judge.look(f.hypothesis, f.theta) for f in tried.values()]
-    return Outcome(judge, judge.look(base.hypothesis, base.theta), judge.look(best.hypothesis, best.theta), tuple(same), blind)
+    return Outcome(
+        judge,
+        judge.look(base.hypothesis, base.theta),
+        judge.look(best.hypothesis, best.theta),
+        tuple(same),
+        blind,
+    )
+
+
+def _gross(s: Setting, white: Sequence[Array]) -> bool:
+    """Whether the best hypothesis leaves far more than noise."""
+    for x, e in zip(s.series, white, strict=True):
+        used = e[e != 0]
+        if used.size and float(np.sqrt(np.mean(used**2))) > (GROSS_STATED if x.stated else GROSS_ESTIMATED):
+            return True
+    return False
 
 
 def _gains(s: Setting, judge: Judge, old: Fit, new: Fit) -> bool:
-    """Whether the evidence for `new` is enough: under the common noise, and with each fit's own colour of noise.
+    """Whether the evidence for `new` is enough: under the common noise, and with each fit's own colour of
+    noise.
 
-    The second is the likelihood in which smooth misfit may be coloured noise; it guards against colours that the
-    richer hypothesis has taken for itself.
+    The second is the likelihood in which smooth misfit may be coloured noise; it guards against colours that
+    the richer hypothesis has taken for itself.
     """
+    if judge.temper > 1.0:
+        return old.bic - new.bic > ALARM and new.chi2 < WORTH * old.chi2
     return old.bic - new.bic > ALARM and _own_colour(s, judge, old) - _own_colour(s, judge, new) > ALARM
 
 
@@ -117,7 +142,8 @@ def _own_colour(s: Setting, judge: Judge, f: Fit) -> float:
 
 
 def _from_singles(judge: Judge, base: Fit, singles: Sequence[Fit]) -> Fit:
-    """The base fitted again from where the best singles have taken its parameters: none may win by a better start."""
+    """The base fitted again from where the best singles have taken its parameters: none may win by a better
+    start."""
     starts = [base.theta]
     for f in sorted(singles, key=lambda f: f.bic)[:3]:
         starts.append(f.theta[[f.hypothesis.names.index(n) for n in base.hypothesis.names]])
@@ -132,7 +158,9 @@ def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score])
     fits = []
     for k, x in enumerate(seen[:count]):
         starts = x.starts if k < 12 else x.starts[:1]
-        fits.append(judge.fit(x.hypothesis, [x.hypothesis.place(base.hypothesis, base.theta, v) for _, v in starts]))
+        fits.append(
+            judge.fit(x.hypothesis, [x.hypothesis.place(base.hypothesis, base.theta, v) for _, v in starts])
+        )
     return fits
 
 
@@ -141,6 +169,9 @@ def _recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Jud
     best = min([base, *fits], key=lambda f: f.bic)
     plain = tuple(replace(x.whitener, ar=None) for x in s.series)
     white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
+    if _gross(s, white):
+        new = Judge(plain, judge.prior, correlation_length(white))
+        return new, new.look(base.hypothesis, base.theta), [new.look(f.hypothesis, f.theta) for f in fits]
     uneven = [local_level(e) if s.model.is_time_model else np.ones(e.shape[1]) for e in white]
     plain = tuple(w if np.all(u == 1) else w.masked(1 / u) for w, u in zip(plain, uneven, strict=True))
     white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
@@ -153,15 +184,21 @@ def _recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Jud
     return new, refine(new, [base])[0], fitted
 
 
-def _recolour_pairs(s: Setting, judge: Judge, base: Fit, grown: list[Fit], best: Fit) -> tuple[Judge, Fit, list[Fit], Fit]:
+def _recolour_pairs(
+    s: Setting, judge: Judge, base: Fit, grown: list[Fit], best: Fit
+) -> tuple[Judge, Fit, list[Fit], Fit]:
     new, newbase, fits = _recolour(s, judge, base, [*grown, best])
-    return new, newbase, fits[:-1] if new is judge else [f for f in fits if f.hypothesis is not best.hypothesis], (
-        best if new is judge else next(f for f in fits if f.hypothesis is best.hypothesis)
+    return (
+        new,
+        newbase,
+        fits[:-1] if new is judge else [f for f in fits if f.hypothesis is not best.hypothesis],
+        (best if new is judge else next(f for f in fits if f.hypothesis is best.hypothesis)),
     )
 
 
 def _grow(s: Setting, base: Fit, judge: Judge, beam: Sequence[Fit], scores: Sequence[Score]) -> list[Fit]:
-    """Hypotheses with one effect more than those of the beam: the most promising by their score beside the fit's."""
+    """Hypotheses with one effect more than those of the beam: the most promising by their score beside the
+    fit's."""
     wanted: list[tuple[float, Fit, Score, dict[str, float]]] = []
     for f in beam:
         tangent = Tangent.of(*judge.tangent(f))
@@ -183,7 +220,9 @@ def _grow(s: Setting, base: Fit, judge: Judge, beam: Sequence[Fit], scores: Sequ
         key = f.hypothesis.key | {x.addition.key}
         if key not in chosen and len(chosen) < s.pairs * (2 if len(f.ids) == 1 else 1):
             chosen[key] = (f, x, values)
-    made = make_hypotheses(s.model, s.case, s.series, [(*f.hypothesis.added, x.addition) for f, x, _ in chosen.values()])
+    made = make_hypotheses(
+        s.model, s.case, s.series, [(*f.hypothesis.added, x.addition) for f, x, _ in chosen.values()]
+    )
     fits = []
     for h in made:
         f, x, values = chosen[h.key]

@@ -13,7 +13,11 @@ from modelgen.diagnose.search import Outcome, Setting
 from modelgen.diagnose.verdict import PortCurve, Trace
 from modelgen.fit.series import Array, Series
 
-KINDS = {"electrical_impedance": "electrical", "mechanical_impedance": "mechanical", "stiffness": "mechanical"}
+KINDS = {
+    "electrical_impedance": "electrical",
+    "mechanical_impedance": "mechanical",
+    "stiffness": "mechanical",
+}
 
 
 def traces(setting: Setting, base: Fit, best: Fit, marks: Sequence[Array], held: Held) -> tuple[Trace, ...]:
@@ -36,12 +40,14 @@ def _trace(setting: Setting, s: Series, before: Array, after: Array, marks: Arra
 
     return Trace(
         s.name, s.role, axis.name, axis.unit, s.unit, s.measure, s.inputs[axis.name],
-        joined(s.data), joined(s.data + before), joined(s.data + after), w.apply(before), w.apply(after), marks, s.inputs,
+        joined(s.data), joined(s.data + before), joined(s.data + after), w.apply(before), w.apply(after),
+        marks, s.inputs,
     )  # fmt: skip
 
 
 def port_sensitivities(setting: Setting, base: Fit) -> dict[str, Array]:
-    """Frequency models with complex output: port → d(output)/d(quantity at the port), complex, over all samples.
+    """Frequency models with complex output: port → d(output)/d(quantity at the port), complex, over all
+    samples.
 
     Read off a constant that is added to the port's equation.
     """
@@ -68,8 +74,11 @@ def port_sensitivities(setting: Setting, base: Fit) -> dict[str, Array]:
     return found
 
 
-def port_curve(setting: Setting, outcome: Outcome, best: Fit, sensitivities: Mapping[str, Array], port: str) -> PortCurve | None:
-    """What would have to be added at the port of the first effect, and the law through it. Frequency models only."""
+def port_curve(
+    setting: Setting, outcome: Outcome, best: Fit, sensitivities: Mapping[str, Array], port: str
+) -> PortCurve | None:
+    """What would have to be added at the port of the first effect, and the law through it. Frequency models
+    only."""
     name = port if port in sensitivities else next(iter(sensitivities), None)
     if name is None:
         return None
@@ -90,7 +99,8 @@ def port_curve(setting: Setting, outcome: Outcome, best: Fit, sensitivities: Map
 
 
 def _law(setting: Setting, best: Fit, slope: Array) -> Array | None:
-    """The change of the output that the effects make at the best fit, as a quantity at the port (first order)."""
+    """The change of the output that the effects make at the best fit, as a quantity at the port (first
+    order)."""
     if not best.hypothesis.added:
         return None
     e = best.hypothesis.experiment

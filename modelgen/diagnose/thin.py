@@ -15,7 +15,8 @@ MOST = 24_000
 
 
 def thin(model: Model, case: Case) -> tuple[Case, tuple[str, ...]]:
-    """The case with records of time models averaged over blocks, when they hold more than MOST samples in all."""
+    """The case with records of time models averaged over blocks, when they hold more than MOST samples in
+    all."""
     fit = sum(r.n for r in case.fit)
     if not model.is_time_model or fit <= MOST:
         return case, ()
@@ -33,4 +34,8 @@ def _averaged(r: Recording, block: int) -> Recording:
 
     if r.n < 4 * block:
         return r
-    return replace(r, inputs={k: mean(x) for k, x in r.inputs.items()}, outputs={k: mean(x) for k, x in r.outputs.items()})
+    return replace(
+        r,
+        inputs={k: mean(x) for k, x in r.inputs.items()},
+        outputs={k: mean(x) for k, x in r.outputs.items()},
+    )

@@ -48,7 +48,8 @@ class Finding:
 
 @dataclass(frozen=True)
 class Trial:
-    """One hypothesis that was fitted: its ids, evidence against the base (ΔBIC, negative is better), misfit."""
+    """One hypothesis that was fitted: its ids, evidence against the base (ΔBIC, negative is better),
+    misfit."""
 
     ids: tuple[str, ...]
     family: str
@@ -62,8 +63,8 @@ class Trial:
 class Trace:
     """One recording against the model, for plots.
 
-    x: (n,) samples of the axis. data, before, after: (n,) complex or real. white_before, white_after: (channels, n)
-    whitened residuals (unit noise). outliers: (n,) bool.
+    x: (n,) samples of the axis. data, before, after: (n,) complex or real. white_before, white_after:
+    (channels, n) whitened residuals (unit noise). outliers: (n,) bool.
     """
 
     name: str
@@ -84,7 +85,8 @@ class Trace:
 
 @dataclass(frozen=True, eq=False)
 class PortCurve:
-    """What would have to be added at a port so that the base fits (`implied`), and the identified law through it.
+    """What would have to be added at a port so that the base fits (`implied`), and the identified law through
+    it.
 
     x may be a frequency (implied is then complex) or a variable such as displacement or speed (real).
     """
@@ -103,7 +105,8 @@ class PortCurve:
 
 @dataclass(frozen=True)
 class Rms:
-    """Root mean square of residuals, in the output's unit and over the noise; NaN where there is no such recording."""
+    """Root mean square of residuals, in the output's unit and over the noise; NaN where there is no such
+    recording."""
 
     fit: float
     holdout: float
@@ -143,13 +146,17 @@ class Verdict:
                 "adequate": self.adequate,
                 "summary": self.summary,
                 "mismatch": [
-                    {"port": m.port, "axis": m.axis, "from": m.start, "to": m.end, "unit": m.unit, "says": m.says, "recording": m.recording}
+                    {
+                        "port": m.port, "axis": m.axis, "from": m.start, "to": m.end, "unit": m.unit,
+                        "says": m.says, "recording": m.recording,
+                    }
                     for m in self.mismatch
                 ],
                 "effects": [
                     {
-                        "id": e.id, "port": e.port, "says": e.says, "probability": e.probability, "family": e.family,
-                        "equivalents": list(e.equivalents), "separating_experiment": e.separating_experiment,
+                        "id": e.id, "port": e.port, "says": e.says, "probability": e.probability,
+                        "family": e.family, "equivalents": list(e.equivalents),
+                        "separating_experiment": e.separating_experiment,
                         "parameters": _estimates(e.parameters), "explains": e.share, "source": e.source,
                     }
                     for e in self.effects
@@ -160,8 +167,11 @@ class Verdict:
                 "extended_model": self.extended_model,
                 "seconds": self.seconds,
                 "hypotheses": [
-                    {"ids": list(t.ids), "family": t.family, "delta_bic": t.delta_bic, "parameters": t.parameters,
-                     "rms_over_noise": t.rms_over_noise, "probability": t.probability}
+                    {
+                        "ids": list(t.ids), "family": t.family, "delta_bic": t.delta_bic,
+                        "parameters": t.parameters, "rms_over_noise": t.rms_over_noise,
+                        "probability": t.probability,
+                    }
                     for t in self.trials
                 ],
                 "noise": self.noise,
