@@ -42,7 +42,9 @@ def effective(white: Sequence[Array]) -> int:
     return max(2, sum(int(np.count_nonzero(e)) for e in white))
 
 
-def bic(white: Sequence[Array], prior: Sequence[Level], parameters: int, own: int = 0, temper: float = 1.0) -> float:
+def bic(
+    white: Sequence[Array], prior: Sequence[Level], parameters: int, own: int = 0, temper: float = 1.0
+) -> float:
     """Bayes' information criterion. Small samples pay more (AICc's correction), so that five points can't buy
     four numbers."""
     n = effective(white)

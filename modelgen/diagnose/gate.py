@@ -70,7 +70,12 @@ def judge_adequacy(setting: Setting, outcome: Outcome, sensitivities: Mapping[st
     if outcome.judge.temper > 1.0:
         unknown = not best.hypothesis.added or explained < PART
     gained = outcome.base.bic - best.bic
-    if outcome.judge.temper == 1.0 and best.hypothesis.added and rival.gain > gained + LEFT and gained < BETTER * rival.gain:
+    if (
+        outcome.judge.temper == 1.0
+        and best.hypothesis.added
+        and rival.gain > gained + LEFT
+        and gained < BETTER * rival.gain
+    ):
         unknown, left, structured = True, rival, True  # what no catalogue holds fits better, and by far
     notes: tuple[str, ...] = ()
     if (structured or gross or outcome.judge.temper > 1.0) and not unknown:

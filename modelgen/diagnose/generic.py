@@ -263,6 +263,28 @@ def _play(z: Array, g: float) -> Array:
     return out
 
 
+def _follows(model: Model, fit: Fit, grid: Array, width: float) -> Array:
+    """Frequencies of `grid` at which the motion itself, or a harmonic of it, has power: what happens there follows it."""
+    moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
+    near = np.zeros(len(grid), dtype=bool)
+    for s in fit.hypothesis.experiment.series if moved else ():
+        t, z = s.inputs[model.axis], s.inputs[moved or ""]
+        power = np.abs(np.fft.rfft((z - z.mean()) * np.hanning(s.n))) ** 2
+        f = np.arange(len(power)) * (s.n - 1) / float(t[-1] - t[0]) / s.n
+        strong = f[power > 1e-3 * power.max()]
+        for order in range(1, 10):
+            near |= (
+                (grid > order * strong.min() - 2 * width) & (grid < order * strong.max() + 2 * width)
+                if order == 1
+                else _close(grid, order * f[np.argmax(power)], 3 * width)
+            )
+    return near
+
+
+def _close(grid: Array, f: float, width: float) -> Array:
+    return np.asarray(np.abs(grid - f) < width)
+
+
 def _line(model: Model, fit: Fit, n: int) -> Leftover:
     """The strongest spectral line of the residual, over the spectrum around it, all recordings together.
 
@@ -289,6 +311,7 @@ def _line(model: Model, fit: Fit, n: int) -> Leftover:
         total += np.interp(grid, np.arange(len(power)) * step, ratio)
     if not len(grid):
         return Leftover(0.0, 0.0, "sensor", "")
+    total[_follows(model, fit, grid, 1.0 / span)] = 0.0
     k = int(np.argmax(total))
     chi2 = 2 * float(total[k])
     gain = chi2 - (2 * len(series) + 1) * float(np.log(n)) - 2 * float(np.log(len(grid)))
