@@ -18,7 +18,8 @@ LEFT = 20.0
 EXPLAINED = 0.85
 """Share of the misfit that named effects must explain to be named although something is left."""
 PART = 0.3
-"""The same where even the best hypothesis stays far from the data: real records hold many effects, none exactly."""
+"""The same where even the best hypothesis stays far from the data: real records hold many effects, none
+exactly."""
 BETTER = 0.9
 """A description without a catalogue is taken before named effects that gain less than this share of its
 evidence."""

@@ -264,7 +264,8 @@ def _play(z: Array, g: float) -> Array:
 
 
 def _follows(model: Model, fit: Fit, grid: Array, width: float) -> Array:
-    """Frequencies of `grid` at which the motion itself, or a harmonic of it, has power: what happens there follows it."""
+    """Frequencies of `grid` at which the motion itself, or a harmonic of it, has power: what happens there
+    follows it."""
     moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
     near = np.zeros(len(grid), dtype=bool)
     for s in fit.hypothesis.experiment.series if moved else ():

@@ -82,7 +82,8 @@ def coloured(whiteners: Sequence[Whitener], white: Sequence[Array], most: int) -
 
 
 def correlation_length(white: Sequence[Array]) -> float:
-    """Integrated autocorrelation time of residuals in samples, 1 for independent ones, the largest of the recordings."""
+    """Integrated autocorrelation time of residuals in samples, 1 for independent ones, the largest of the
+    recordings."""
     longest = 1.0
     for x in white:
         n = x.shape[1]

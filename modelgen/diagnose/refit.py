@@ -40,8 +40,8 @@ class Fit:
 class Judge:
     """What all hypotheses are fitted and compared under: whiteners and priors on the noise level.
 
-    `temper` > 1 where even the best hypothesis leaves far more than noise: the correlation length of what is left, in
-    samples, by which evidence is divided. Residuals of wrong models are no independent data.
+    `temper` > 1 where even the best hypothesis leaves far more than noise: the correlation length of what is
+    left, in samples, by which evidence is divided. Residuals of wrong models are no independent data.
     """
 
     whiteners: tuple[Whitener, ...]

@@ -22,7 +22,8 @@ hundred."""
 CLOSE = 10.0
 """ΔBIC within which the data do not exclude a hypothesis."""
 GROSS_STATED, GROSS_ESTIMATED = 3.0, 8.0
-"""A residual this many times the noise (stated; scatter between neighbours) is a wrong model's, not coloured noise."""
+"""A residual this many times the noise (stated; scatter between neighbours) is a wrong model's, not coloured
+noise."""
 WORTH = 0.9
 """Where models stay far from the data, an effect must take away a tenth of the misfit to be named."""
 SLACK = 1.5
