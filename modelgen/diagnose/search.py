@@ -76,11 +76,12 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
     singles = make_hypotheses(s.model, s.case, s.series, [(a,) for a in s.additions])
     if progress:
         progress(0.3, "screening")
-    tangent = Tangent.of(*judge.tangent(base))
-    scores = [score(h, base.hypothesis, base.theta, tangent, judge.whiteners) for h in singles]
+    scores, first = _screen(s, base, judge, singles)
+    better = _from_singles(judge, base, first)
+    if base.bic - better.bic > 1.0:  # the base had not been at its optimum: judge anew from there
+        base = better
+        scores, first = _screen(s, base, judge, singles)
     blind = tuple(x.addition for x in scores if x.blind)
-    first = _refit_singles(s, base, judge, scores)
-    base = _from_singles(judge, base, first)
     judge, base, first = _recolour(s, judge, base, first)
     if progress:
         progress(0.6, "fitting")
@@ -140,6 +141,13 @@ def _own_colour(s: Setting, judge: Judge, f: Fit) -> float:
     own = coloured(plain, white, s.colour)
     innovations = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(own)]
     return bic(innovations, judge.prior, f.parameters, sum(0 if w.ar is None else len(w.ar) - 1 for w in own))
+
+
+def _screen(s: Setting, base: Fit, judge: Judge, singles: Sequence[Hypothesis]) -> tuple[list[Score], list[Fit]]:
+    """Score tests of all single effects at the base's fit, and fits of the most promising."""
+    tangent = Tangent.of(*judge.tangent(base))
+    scores = [score(h, base.hypothesis, base.theta, tangent, judge.whiteners) for h in singles]
+    return scores, _refit_singles(s, base, judge, scores)
 
 
 def _from_singles(judge: Judge, base: Fit, singles: Sequence[Fit]) -> Fit:
