@@ -110,6 +110,7 @@ def _render(
         "banner": banner, "prefix": prefix, "header": f"{prefix}.h", "guard": f"MODELGEN_{prefix.upper()}_H",
         "lanes": LANES, "inputs": stages.inputs, "parameters": stages.parameters, "wrt": program.wrt,
         "staged": len(stages.staged), "kernels": kernels, "roots": roots, "used": used,
+        "alone": "MG_ALONE" in text,
         "measures": [m for m in stages.measures if "mg_wrap" in text],
     }  # fmt: skip
     env = environment()
@@ -126,6 +127,7 @@ def _prepare(stages: Stages, prefix: str) -> Kernel:
     region = stages.prepare()
     lines = [
         *region.setup,
+        "MG_ALONE",
         "for (size_t k = 0; k < stride; ++k) {",
         "    const size_t i = k < n ? k : n - 1;",
         indent(region.body, 1),

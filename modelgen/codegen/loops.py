@@ -69,7 +69,7 @@ def loop(stages: Stages, measure: str, jacobian: bool, region: Region, stores: S
     if not stages.program.model.states:
         end = "n" if stages.batch else "stride"
         body = indent([*region.body, *stores(region)], 1)
-        return [*region.setup, f"for (size_t i = 0; i < {end}; ++i) {{", body, "}"]
+        return [*region.setup, "MG_ALONE", f"for (size_t i = 0; i < {end}; ++i) {{", body, "}"]
     return march(region, stages.initial(measure, jacobian), stores)
 
 
