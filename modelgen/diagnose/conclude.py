@@ -43,7 +43,7 @@ def conclude(
     findings = _findings(setting, outcome, standing, after_estimates, gate)
     port = findings[0].port if findings else "model"
     held = look_at_holdout(setting, outcome.base, best, gate.scale)
-    shown = traces(setting, outcome.base, best, marks, held)
+    shown = traces(setting, outcome.base, best, marks, held, gate.scale)
     law, path = _extended(setting, outcome, best, findings, after_estimates, out)
     return Verdict(
         model=setting.model.id,
@@ -119,10 +119,7 @@ def _findings(
 
 def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str | None:
     """The recording that would separate this effect from its equivalents."""
-    try:
-        from modelgen.diagnose.separate import separate
-    except ImportError:
-        return None
+    from modelgen.diagnose.separate import separate
 
     rest = outcome.best.hypothesis.key - {s.addition.key}
     rivals = sorted(

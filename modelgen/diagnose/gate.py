@@ -23,6 +23,8 @@ exactly."""
 BETTER = 0.9
 """A description without a catalogue is taken before named effects that gain less than this share of its
 evidence."""
+CREDIBLE = 1.35
+"""A stated noise is believed when the best hypothesis leaves 1/CREDIBLE to CREDIBLE times as much."""
 GROSS = 3.0
 """A residual this many times the stated noise is not noise, whatever it looks like."""
 
@@ -65,7 +67,8 @@ def judge_adequacy(setting: Setting, outcome: Outcome, sensitivities: Mapping[st
         if best.hypothesis.added and not setting.model.is_time_model
         else left
     )
-    floor = min(after, max(scatter, 1.0 if stated else 0.0)) if structured or gross else after
+    far = structured or gross or outcome.judge.temper > 1.0
+    floor = _floor(after, scatter, sum(e.size for e in plain), stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
     unknown = (structured or gross) and (not best.hypothesis.added or explained < EXPLAINED)
     if outcome.judge.temper > 1.0:
@@ -79,7 +82,7 @@ def judge_adequacy(setting: Setting, outcome: Outcome, sensitivities: Mapping[st
     ):
         unknown, left, structured = True, rival, True  # what no catalogue holds fits better, and by far
     notes: tuple[str, ...] = ()
-    if (structured or gross or outcome.judge.temper > 1.0) and not unknown:
+    if far and not unknown:
         notes = (
             f"the named effects explain {explained:.0%} of the misfit; still left is "
             f"{np.sqrt(after / floor):.1f} times the noise: {left.says or 'not noise'}",
@@ -94,6 +97,17 @@ def judge_adequacy(setting: Setting, outcome: Outcome, sensitivities: Mapping[st
         _noise_words(setting, outcome, after, stated),
         notes,
     )
+
+
+def _floor(after: float, scatter: float, count: int, stated: bool, far: bool) -> float:
+    """Mean square of whitened residuals that is noise.
+
+    Far from the data: the scatter between neighbours, not below what is stated. Else what is stated, where
+    the best hypothesis' residual agrees with it (or too few samples tell); else that residual.
+    """
+    if far:
+        return min(after, max(scatter, 1.0 if stated else 0.0))
+    return 1.0 if stated and (count < 60 or 1 / CREDIBLE**2 < after < CREDIBLE**2) else after
 
 
 def _mean_square(white: list[Array]) -> float:

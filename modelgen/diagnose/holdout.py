@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from modelgen.diagnose.noise import outliers
+from modelgen.diagnose.noise import errors_in_motion, outliers
 from modelgen.diagnose.refit import Fit
 from modelgen.diagnose.search import Setting
 from modelgen.diagnose.verdict import Rms
@@ -30,61 +31,72 @@ class Held:
 
 
 def look_at_holdout(setting: Setting, base: Fit, best: Fit, scale: float) -> Held:
-    """Residuals of both models on the held-out recordings; own parameters of a recording are fitted on it, no
-    others."""
+    """Residuals of both models on the held-out recordings; only its own parameters are fitted on each.
+
+    `scale` is the level of the noise in units of what is stated (or was estimated on the fit recordings).
+    """
     notes: tuple[str, ...] = ()
+    records = setting.case.holdout
     try:
-        series = tuple(make_series(setting.model, setting.case, r) for r in setting.case.holdout)
+        series = tuple(make_series(setting.model, setting.case, r) for r in records)
     except InputError as why:
         series, notes = (), (f"hold-out not used: {why}",)
-    level = [s.whitener for s in setting.series]
+    moved = []
+    for s, r in zip(series, records, strict=False):
+        s = _levelled_like(setting.series[0], s)
+        if setting.model.is_time_model:
+            e, theta = predict(best, s, setting)
+            s = errors_in_motion(setting.model, setting.case, r, s, _force(e, theta))
+        moved.append(s)
     raws, rms = [], []
     for fit in (base, best):
-        held = tuple(predict(setting, fit, s) for s in series)
-        raws.append(held)
+        held = []
+        for s in moved:
+            e, theta = predict(fit, s, setting)
+            held.append(e.raw(theta, 0))
         mine = [fit.hypothesis.experiment.raw(fit.theta, k) for k in range(len(setting.series))]
-        fit_white = [w.apply(e) if w.ar is None else e for w, e in zip(level, mine, strict=True)]
-        held_white = [_over_noise(setting, s, e) for s, e in zip(series, held, strict=True)]
-        rms.append(Rms(_rms(mine), _rms(held), _rms(fit_white, True) / scale, _rms(held_white, True) / scale))
-    return Held(series, raws[0], raws[1], rms[0], rms[1], notes)
+        white = [s.whitener.apply(e) for s, e in zip(setting.series, mine, strict=True)]
+        held_white = [_without_outliers(s.whitener.apply(e)) for s, e in zip(moved, held, strict=True)]
+        raws.append(tuple(held))
+        rms.append(Rms(_rms(mine), _rms(held), _rms(white, True) / scale, _rms(held_white, True) / scale))
+    return Held(tuple(moved), raws[0], raws[1], rms[0], rms[1], notes)
 
 
-def _over_noise(setting: Setting, s: Series, e: Array) -> Array:
-    """Residuals over the noise; where its level is not stated, that of the fit recordings counts. Outliers
-    are left out."""
-    w = s.whitener
-    if not s.stated:
-        ref = setting.series[0]
-        level = float(
-            np.median(
-                np.abs(ref.whitener.weight[np.abs(ref.whitener.weight) > 0])
-                * (ref.size[: ref.n].mean() if np.iscomplexobj(ref.whitener.weight) else 1.0)
-            )
-        )
-        own = float(np.median(np.abs(w.weight)) * (s.size.mean() if np.iscomplexobj(w.weight) else 1.0))
-        w = w.scaled(own / level)
-    white = w.apply(e)
-    mask = outliers(white)
-    return np.where(mask[None, :], 0.0, white)
+def _force(e: Experiment, theta: Array) -> Callable[[Series], Array]:
+    return lambda changed: replace(e, series=(changed,)).raw(theta, 0)
 
 
-def predict(setting: Setting, fit: Fit, s: Series) -> Array:
-    """Raw residual (channels, n) of a fitted hypothesis on another recording."""
+def _levelled_like(fit: Series, s: Series) -> Series:
+    """Where its noise is not stated, a held-out recording has that of the fit recordings."""
+    if s.stated or s.measure != fit.measure:
+        return s
+    return replace(s, whitener=s.whitener.scaled(_weight(s) / _weight(fit)))
+
+
+def _weight(s: Series) -> float:
+    """The typical weight; of complex data that of the relative residual."""
+    w = np.abs(s.whitener.weight)
+    used = w[..., :] * (s.size if np.iscomplexobj(s.whitener.weight) else 1.0)
+    return float(np.median(used[used > 0]))
+
+
+def _without_outliers(white: Array) -> Array:
+    return np.where(outliers(white)[None, :], 0.0, white)
+
+
+def predict(fit: Fit, s: Series, setting: Setting) -> tuple[Experiment, Array]:
+    """A fitted hypothesis on another recording: the experiment and θ, the recording's own parameters fitted."""
     e = fit.hypothesis.experiment
     layout = make_layout(e.model, setting.case, (s,))
     other = Experiment(e.model, e.function, _same_order(e, layout), (s,), e.constants)
     known = dict(zip(e.layout.wrt, e.local(fit.theta, 0), strict=True))
     theta = np.array([known[n.split("[")[0]] for n in other.layout.names])
     own = [k for k, n in enumerate(other.layout.names) if n.split("[")[0] in layout.own]
-    if own:
-        theta = _fit_own(other, theta, own)
-    return other.raw(theta, 0)
+    return other, _fit_own(other, theta, own) if own else theta
 
 
 def _same_order(e: Experiment, layout):  # type: ignore[no-untyped-def]
     """The layout of one recording with the columns that the compiled function has."""
-    from dataclasses import replace
-
     names = [n.split("[")[0] for n in layout.names]
     place = np.array([[names.index(w) for w in e.layout.wrt]])
     return replace(layout, wrt=e.layout.wrt, place=place)

@@ -143,7 +143,9 @@ def _own_colour(s: Setting, judge: Judge, f: Fit) -> float:
     return bic(innovations, judge.prior, f.parameters, sum(0 if w.ar is None else len(w.ar) - 1 for w in own))
 
 
-def _screen(s: Setting, base: Fit, judge: Judge, singles: Sequence[Hypothesis]) -> tuple[list[Score], list[Fit]]:
+def _screen(
+    s: Setting, base: Fit, judge: Judge, singles: Sequence[Hypothesis]
+) -> tuple[list[Score], list[Fit]]:
     """Score tests of all single effects at the base's fit, and fits of the most promising."""
     tangent = Tangent.of(*judge.tangent(base))
     scores = [score(h, base.hypothesis, base.theta, tangent, judge.whiteners) for h in singles]

@@ -20,19 +20,21 @@ KINDS = {
 }
 
 
-def traces(setting: Setting, base: Fit, best: Fit, marks: Sequence[Array], held: Held) -> tuple[Trace, ...]:
-    """One trace for each recording, held-out ones last."""
+def traces(
+    setting: Setting, base: Fit, best: Fit, marks: Sequence[Array], held: Held, scale: float
+) -> tuple[Trace, ...]:
+    """One trace for each recording, held-out ones last; white residuals are in units of the noise as it is judged."""
     found = []
     for k, s in enumerate(setting.series):
         raws = [f.hypothesis.experiment.raw(f.theta, k) for f in (base, best)]
-        found.append(_trace(setting, s, raws[0], raws[1], marks[k]))
+        found.append(_trace(setting, s, raws[0], raws[1], marks[k], scale))
     for s, before, after in zip(held.series, held.raw_before, held.raw_after, strict=True):
-        found.append(_trace(setting, s, before, after, np.zeros(s.n, dtype=bool)))
+        found.append(_trace(setting, s, before, after, np.zeros(s.n, dtype=bool), scale))
     return tuple(found)
 
 
-def _trace(setting: Setting, s: Series, before: Array, after: Array, marks: Array) -> Trace:
-    w = replace(s.whitener, ar=None)
+def _trace(setting: Setting, s: Series, before: Array, after: Array, marks: Array, scale: float) -> Trace:
+    w = replace(s.whitener, ar=None).scaled(scale)
     axis = setting.model.inputs[0]
 
     def joined(x: Array) -> Array:

@@ -77,6 +77,7 @@ coil_warming = Effect(
     lambda model, port, p: _in_order(model, port, p["n_R"], lambda Z, s: Z + p["dR"] * s),
     (_settles_in("n_R"),),
     needs=("omega",),
+    common=0.5,
 )
 
 spring_warming = Effect(
@@ -95,6 +96,7 @@ spring_warming = Effect(
     lambda model, port, p: _in_order(model, port, p["n_K"], lambda K, s: K * (1 + p["dK"] * s)),
     (_settles_in("n_K"),),
     needs=("omega",),
+    common=0.5,
 )
 
 EFFECTS = (offset_drift, temperature_drift, coil_warming, spring_warming)

@@ -1,0 +1,112 @@
+"""The diagnosis on concealed effects made by other numerics, on nothing missing, and on what no catalogue holds."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from modelgen.api import read_case
+from modelgen.diagnose import Verdict, diagnose
+from modelgen.effects import family
+from modelgen.models import load
+from modelgen.truths import draw, write_case
+
+
+def verdict(tmp_path: Path, seed: int, **drawn: Any) -> tuple[Any, Verdict]:
+    secret = draw(seed, **drawn)
+    case = read_case(write_case(secret, tmp_path))
+    return secret, diagnose(case, load(case.model))
+
+
+@pytest.mark.parametrize(
+    ("domain", "effect", "seed"),
+    [
+        ("impedance", "semi_inductance", 1),
+        ("impedance", "coil_capacitance", 3),
+        ("gmm", "second_mode", 5),
+        ("force", "cubic_stiffness", 3),
+        ("force", "inertia", 8),
+        ("force", "backlash", 4),
+    ],
+)
+def test_a_concealed_effect_is_named_and_the_hold_out_predicted(
+    tmp_path: Path, domain: str, effect: str, seed: int
+) -> None:
+    _, v = verdict(tmp_path, seed, kind="single", domain=domain, effect=effect, d2=(800, 2000))
+    assert not v.adequate
+    stated = {v.effects[0].id, *v.effects[0].equivalents}
+    assert effect in stated
+    assert family(v.effects[0].id) == family(effect) or effect in v.effects[0].equivalents
+    assert v.after.fit < v.before.fit
+    assert v.after.holdout_over_noise < 1.25
+
+
+@pytest.mark.parametrize(
+    ("domain", "noise"),
+    [("impedance", "white"), ("impedance", "calibration"), ("impedance", "misstated"), ("force", "white")],
+)
+def test_nothing_is_found_where_nothing_is_missing(tmp_path: Path, domain: str, noise: str) -> None:
+    _, v = verdict(tmp_path, 21, kind="none", domain=domain, noise=noise)
+    assert v.adequate
+    assert v.effects == ()
+    assert v.after.fit_over_noise == pytest.approx(1, abs=0.2)
+
+
+def test_a_line_in_the_force_is_unknown_and_not_physics_of_the_sample(tmp_path: Path) -> None:
+    _, v = verdict(tmp_path, 102, kind="novel", domain="force", d2=(60, 1e4))
+    assert v.effects[0].id == "unknown_sensor"
+    assert "line" in v.effects[0].says
+
+
+def test_the_verdict_keeps_the_contract(tmp_path: Path) -> None:
+    _, v = verdict(tmp_path, 1, kind="single", domain="impedance", effect="semi_inductance", d2=(800, 2000))
+    d = v.to_dict()
+    assert d["schema"] == "modelgen.verdict/1"
+    assert set(d) >= {
+        "model",
+        "adequate",
+        "mismatch",
+        "effects",
+        "parameters",
+        "fit",
+        "extended_model",
+        "seconds",
+    }
+    assert set(d["fit"]["after"]) == {
+        "fit_rms",
+        "holdout_rms",
+        "fit_rms_over_noise",
+        "holdout_rms_over_noise",
+    }
+    (effect, *_) = d["effects"]
+    assert set(effect) >= {
+        "id",
+        "port",
+        "says",
+        "probability",
+        "equivalents",
+        "separating_experiment",
+        "parameters",
+    }
+    assert 0 < effect["probability"] <= 1
+    assert {"port", "axis", "from", "to", "unit", "says"} <= set(d["mismatch"][0])
+
+
+def test_the_extended_model_is_a_model_like_any_other(tmp_path: Path) -> None:
+    secret = draw(1, kind="single", domain="impedance", effect="semi_inductance", d2=(800, 2000))
+    case = read_case(write_case(secret, tmp_path))
+    v = diagnose(case, load(case.model), out=tmp_path / "found")
+    assert v.extended_model is not None
+    new = load(f"{v.extended_model}:model")
+    again = diagnose(case, new)
+    assert again.adequate
+    assert list((tmp_path / "found").glob("*.c"))
+
+
+def test_the_same_case_gives_the_same_verdict(tmp_path: Path) -> None:
+    secret = draw(7, kind="single", domain="impedance", effect="eddy_shunt", d2=(100, 300))
+    case = read_case(write_case(secret, tmp_path))
+    a, b = (diagnose(case, load(case.model)) for _ in range(2))
+    assert [e.id for e in a.effects] == [e.id for e in b.effects]
+    assert np.allclose([p.value for p in a.parameters], [p.value for p in b.parameters], rtol=1e-9)
