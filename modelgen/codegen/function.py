@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,11 @@ class Prepared:
     p: Array
     inputs: tuple[Array, ...]
 
+    @cached_property
+    def _work(self) -> int:
+        """Address of `work`."""
+        return int(self.work.ctypes.data)
+
     def _with(self, theta: Sequence[float] | Array) -> Array:
         p = self.p.copy()
         p[self.function.free] = theta
@@ -41,19 +47,22 @@ class Prepared:
     def values(self, theta: Sequence[float] | Array, measure: str) -> Array:
         """Channels of `measure`, shape (channels, n)."""
         p, out = self._with(theta), np.empty((self.function.channels(measure), self.stride))
-        self.function.call(f"values_{measure}", self.n, self.stride, self.work, p, out)
+        self.function.call(f"values_{measure}", self.n, self.stride, self._work, p, out)
         return out[:, : self.n]
 
     def jacobian(self, theta: Sequence[float] | Array, measure: str) -> tuple[Array, Array]:
         """Channels (channels, n) and their derivatives (channels, columns, n)."""
         channels, columns = self.function.channels(measure), len(self.function.wrt)
-        p, out, jac = (
-            self._with(theta),
-            np.empty((channels, self.stride)),
-            np.empty((channels, columns, self.stride)),
+        both = np.empty(
+            (1 + columns, channels, self.stride)
+        )  # one block: an address costs as much as 100 samples
+        at = both.ctypes.data
+        jac_at = at + both[0].nbytes
+        self.function.call(
+            f"jacobian_{measure}", self.n, self.stride, self._work, self._with(theta), at, jac_at
         )
-        self.function.call(f"jacobian_{measure}", self.n, self.stride, self.work, p, out, jac)
-        return out[:, : self.n], jac[:, :, : self.n]
+        jac = both[1:].reshape(channels, columns, self.stride)
+        return both[0, :, : self.n], jac[:, :, : self.n]
 
     def pad(self, rows: Array) -> Array:
         """Data or weights (channels, n) laid out for `sumsq` and `normal`; padding is zero."""
