@@ -113,6 +113,7 @@ CASES = {
     'per_recording = ["Cl"]\n' + CASE: "no parameter 'Cl', did you mean 'Bl'",
     CASE.replace("[constants]", '[options]\neddy = "exact"\n[constants]'): "has no options",
     "": "model: missing",
+    CASE.replace("electrodynamic_transducer", "contact_damping"): "'contact_damping' has no input",
 }
 
 

@@ -86,7 +86,11 @@ class Series:
 
 
 def signature_of(model: Model) -> Signature:
-    """What a recording of `model` holds."""
+    """What a recording of `model` holds. Raises InputError for a model without inputs: none can be recorded."""
+    if not model.inputs:
+        raise InputError(
+            f"model '{model.id}' has no input, so it can be evaluated, not fitted to a recording"
+        )
     from modelgen.language.quantities import is_complex
 
     outputs = []
