@@ -1,4 +1,5 @@
-"""The diagnosis on concealed effects made by other numerics, on nothing missing, and on what no catalogue holds."""
+"""The diagnosis on concealed effects made by other numerics, on nothing missing, and on what no catalogue
+holds."""
 
 from pathlib import Path
 from typing import Any

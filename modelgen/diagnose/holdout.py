@@ -85,7 +85,8 @@ def _without_outliers(white: Array) -> Array:
 
 
 def predict(fit: Fit, s: Series, setting: Setting) -> tuple[Experiment, Array]:
-    """A fitted hypothesis on another recording: the experiment and θ, the recording's own parameters fitted."""
+    """A fitted hypothesis on another recording: the experiment and θ, the recording's own parameters
+    fitted."""
     e = fit.hypothesis.experiment
     layout = make_layout(e.model, setting.case, (s,))
     other = Experiment(e.model, e.function, _same_order(e, layout), (s,), e.constants)

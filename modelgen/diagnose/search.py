@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modelgen.diagnose.evidence import bic, levels
-from modelgen.diagnose.hypothesis import Addition, make_hypotheses
+from modelgen.diagnose.hypothesis import Addition, Hypothesis, make_hypotheses
 from modelgen.diagnose.noise import coloured, correlation_length, local_level
 from modelgen.diagnose.refit import Fit, Judge, refine
 from modelgen.diagnose.screen import Score, Tangent, score

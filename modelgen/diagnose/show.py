@@ -23,7 +23,8 @@ KINDS = {
 def traces(
     setting: Setting, base: Fit, best: Fit, marks: Sequence[Array], held: Held, scale: float
 ) -> tuple[Trace, ...]:
-    """One trace for each recording, held-out ones last; white residuals are in units of the noise as it is judged."""
+    """One trace for each recording, held-out ones last; white residuals are in units of the noise as it is
+    judged."""
     found = []
     for k, s in enumerate(setting.series):
         raws = [f.hypothesis.experiment.raw(f.theta, k) for f in (base, best)]

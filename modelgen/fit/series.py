@@ -86,7 +86,7 @@ class Series:
 
 
 def signature_of(model: Model) -> Signature:
-    """What a recording of `model` holds. Raises InputError for a model without inputs: none can be recorded."""
+    """What a recording of `model` holds. Raises InputError for a model without inputs: there is none."""
     if not model.inputs:
         raise InputError(
             f"model '{model.id}' has no input, so it can be evaluated, not fitted to a recording"
