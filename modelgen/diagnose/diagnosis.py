@@ -96,15 +96,18 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
 
 
 def _fit_base(h: Hypothesis, judge: Judge, seed: int) -> Fit:
-    """The base from many starts; those of a swarm among them where bounds are finite and samples
-    independent."""
+    """The base from many starts, those of swarms among them where samples are independent.
+
+    First as if all errors were independent, then under the judge: a smooth error in the covariance hides where a
+    far start is wrong, and a search gets lost.
+    """
     starts = base_starts(h, seed, 12)
-    plain = tuple(replace(w, root=None, ar=None) for w in judge.whiteners)
-    problem = _boxed(h.experiment.problem(starts[0], plain))
+    plain = Judge(tuple(replace(w, root=None, ar=None) for w in judge.whiteners), judge.prior)
+    problem = _boxed(h.experiment.problem(starts[0], plain.whiteners))
     if not h.experiment.model.states and "objective_batch" in problem.provides:
         swarms = [PSO(particles=60, iterations=300).run(problem, seed=seed + k) for k in range(2)]
         starts += [np.asarray(x.theta) for x in swarms]
-    return judge.fit(h, starts, iterations=150)
+    return judge.fit(h, [plain.fit(h, starts, iterations=150).theta], iterations=150)
 
 
 def _boxed(p: Problem) -> Problem:

@@ -21,12 +21,18 @@ class Whitener:
 
     weight: (channels, n) real, or (n,) complex, which multiplies the complex residual (so that a noise that
     is relative to |Z| is turned into the frame of Z). root: (n, n), applied along the samples: the inverse of
-    a Cholesky factor of the correlation. ar: coefficients (1, a1, …) of a whitening filter along the samples.
+    a Cholesky factor of the correlation. share: (n,), by which `masked` has lowered the weight. ar: coefficients
+    (1, a1, …) of a whitening filter along the samples; undo: (n,) share that is divided out before it (noise that
+    adds to a coloured one, instead of modulating it); band: (order + 1, n), lower banded Cholesky factor of the
+    covariance of what the filter leaves.
     """
 
     weight: Array
     root: Array | None = None
     ar: Array | None = None
+    share: Array | None = None
+    undo: Array | None = None
+    band: Array | None = None
 
     def apply(self, e: Array) -> Array:
         """Whiten residuals or their derivatives: (channels, n) or (channels, columns, n), same shape back."""
@@ -38,12 +44,24 @@ class Whitener:
             white = e * (w if e.ndim == 2 else w[:, None, :])
         if self.root is not None:
             white = white @ self.root.T
-        if self.ar is not None:
-            filtered = self.ar[0] * white
-            for lag, a in enumerate(self.ar[1:], 1):
-                filtered[..., lag:] += a * white[..., :-lag]
+        return white if self.ar is None else self.colour(white)
+
+    def colour(self, white: Array) -> Array:
+        """Whiten along the samples (the last axis) what has its weight already."""
+        if self.ar is None:
+            return white
+        white = white if self.undo is None else white / self.undo
+        filtered = self.ar[0] * white
+        for lag, a in enumerate(self.ar[1:], 1):
+            filtered[..., lag:] += a * white[..., :-lag]
+        if self.band is None:
             return np.asarray(filtered)
-        return white
+        from scipy.linalg.lapack import dtbtrs
+
+        n = filtered.shape[-1]
+        solved, _ = dtbtrs(self.band, filtered.reshape(-1, n).T, uplo="L")
+        found = np.ascontiguousarray(solved.T).reshape(filtered.shape)
+        return found if self.share is None else np.where(self.share > 0, found, 0.0)
 
     def scaled(self, factor: float) -> Whitener:
         """For noise that is `factor` times as large."""
@@ -53,7 +71,8 @@ class Whitener:
         """With samples down-weighted by `keep` (n,), 0 … 1: they count as measured with a noise 1/keep as
         large."""
         if self.root is None:
-            return replace(self, weight=self.weight * keep)
+            share = keep if self.share is None else keep * self.share
+            return replace(self, weight=self.weight * keep, share=share)
         inverse = np.linalg.inv(self.root)
         correlation = inverse @ inverse.T + np.diag(1 / np.maximum(keep, 1e-4) ** 2 - 1)
         return replace(self, root=np.linalg.inv(np.linalg.cholesky(correlation)))
@@ -185,7 +204,8 @@ def _calibration_root(model: Model, case: Case, recording: Recording, output: st
         return None
     from scipy.linalg import solve_triangular
 
-    rms, length = stated
+    # one instrument may err alike in all m sweeps: errors √m as large leave their mean as uncertain as that
+    rms, length = stated[0] * float(np.sqrt(len(case.fit))), stated[1]
     relative = case.noise.relative.get(output)
     axis = np.log(np.asarray(recording.inputs[model.axis]))
     own = np.full(axis.shape, relative if relative else 1e-3 * rms)
