@@ -24,17 +24,24 @@ def _eddy_factor(p: Any) -> Any:
     return 2 * jv(1, x) / (x * jv(0, x))
 
 
-def _dahl_step(u: float, x: float, b: float) -> float:
+def _dahl_step(u: Any, x: Any, b: float) -> Any:
+    if np.ndim(u) or np.ndim(x):
+        return np.vectorize(_dahl_step)(u, x, b)
     if b == 1 or u <= 0:
         return u * math.exp(-x)
     base = u ** (1 - b) + (b - 1) * x
     return base ** (1 / (1 - b)) if base > 0 else 0.0
 
 
+def _sinhc(x: Any) -> Any:
+    return np.where(x == 0, 1.0, np.sinh(x) / np.where(x == 0, 1.0, x))
+
+
 OWN = {
     "powj": _powj,
     "eddy_factor": _eddy_factor,
     "dahl_step": _dahl_step,
+    "sinhc": _sinhc,
     "sign": np.sign,
     "re": np.real,
     "im": np.imag,

@@ -401,16 +401,48 @@ def test_drifts_start_at_the_first_sample_and_settle() -> None:
     assert np.allclose(new - old, 0.01 * np.arange(len(f)), rtol=1e-4)
 
 
-def test_amplitude_laws_are_right_at_the_end_and_the_middle_of_a_stroke() -> None:
-    """A second Dahl element as a complex stiffness shows the MRE paper's k_s and h_s (eq. 4, 6)."""
+CYCLE_LAWS = {
+    "cubic_stiffness": ({"size": 0.8}, {"k_3": 0.8 * 0.5 / 2.0**2}),
+    "quadratic_damping": ({"size": 3.0}, {"c_2": 0.01 * 3 / (2 * np.pi * 10 * 2.0)}),
+    "second_dahl_element": ({"size": 1.5, "ratio": 4.0}, {"h_2": 0.15, "z_2": 1 / 8}),
+    "dahl_exponent": ({"size": 0.8, "sign": 1}, {"b": np.exp(0.8)}),
+    "sensor_delay": ({"size": 0.02}, {"tau": 0.02}),
+}
+
+
+@pytest.mark.parametrize("id", [*CYCLE_LAWS, "dahl_exponent below one"])
+def test_forces_in_a_cycle_are_exact(id: str) -> None:
+    """Stiffness and loss angle as of the force built point by point in time, to what its 512 points allow."""
+    from modelgen.truths.stiffness import measured, steady_cycle
+
+    size, p = CYCLE_LAWS[id] if id in CYCLE_LAWS else ({"size": 1.3, "sign": -1}, {"b": np.exp(-1.3)})
+    id, A, hz = id.split()[0], 0.6, np.geomspace(0.1, 15, 20)
+    base = {"k_D": 0.5, "c_D": 0.01, "h_D": 0.1, "rho": 2.0}
+    wanted = measured(steady_cycle(2 * np.pi * hz, base, {id: {"law": "", **size}}, A, 2.0), A)
+    e = next(e for e in CATALOGUE if e.id == id and {"cycle", "shown_cycle"} & set(e.kinds))
+    named = {f"{id}_{k}": v for k, v in p.items()}
+    found = extended(e, "complex_stiffness")({"f": hz}, **base, **named, A_z=A)
+    assert np.allclose(found["k_s"], wanted[0], rtol=3e-6)
+    assert np.allclose(found["loss_angle"], wanted[1], atol=2e-4)
+
+
+def test_the_energy_lost_to_a_force_is_its_work_over_the_cycle() -> None:
+    """A second Dahl element like the first loses as much; an exponent loses what its loop encloses."""
     A, h, rho = 0.4, 0.2, 5.0
-    model = load("complex_stiffness")
-    plain = Reading(model)({"f": f[:2]}, k_D=5.0, c_D=0.0, h_D=h, rho=rho, A_z=A)
-    e = find("second_dahl_element", "stiffness")
-    given = {"second_dahl_element_h_2": h, "second_dahl_element_z_2": 1 / rho}
-    other = extended(e, model.id)({"f": f[:2]}, k_D=5.0, c_D=0.0, h_D=0.0, rho=rho, A_z=A, **given)
-    assert other["h_s"] == pytest.approx(plain["h_s"], rel=1e-9)
-    assert other["k_s"] == pytest.approx(plain["k_s"], rel=3e-3)
+    given = {"k_D": 5.0, "c_D": 0.0, "rho": rho, "A_z": A}
+    plain = Reading(load("complex_stiffness"))({"f": f[:2]}, **given, h_D=h)
+    second = extended(find("second_dahl_element", "cycle"), "complex_stiffness")
+    like = {"second_dahl_element_h_2": h, "second_dahl_element_z_2": 1 / rho}
+    found = second({"f": f[:2]}, **given, h_D=0.0, **like)
+    for name in ("k_s", "h_s", "energy_per_cycle"):
+        assert found[name] == pytest.approx(plain[name], rel=1e-9), name
+    bent = extended(find("dahl_exponent", "cycle"), "complex_stiffness")
+    found = bent({"f": f[:2]}, **given, h_D=h, dahl_exponent_b=2.5)
+    u_0, z = 1 + found["dahl_exponent_r_m"][0], -A * np.cos(np.linspace(0, np.pi, 4001))
+    u = solve_ivp(lambda x, u: -rho * u**2.5, (0, 2 * A), [u_0], t_eval=z + A, rtol=1e-10, atol=1e-12).y[0]
+    assert u_0 - 1 == pytest.approx(1 - u[-1], rel=1e-7)
+    lost = 2 * h * np.trapezoid(1 - u, z)
+    assert found["energy_per_cycle"] == pytest.approx(lost, rel=1e-5)
 
 
 @pytest.mark.parametrize(

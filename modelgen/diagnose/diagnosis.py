@@ -103,17 +103,25 @@ def _fit_base(h: Hypothesis, judge: Judge, seed: int) -> Fit:
     """
     starts = base_starts(h, seed, 12)
     plain = Judge(tuple(replace(w, root=None, ar=None) for w in judge.whiteners), judge.prior)
-    problem = _boxed(h.experiment.problem(starts[0], plain.whiteners))
+    problem = h.experiment.problem(starts[0], plain.whiteners)
     if not h.experiment.model.states and "objective_batch" in problem.provides:
-        swarms = [PSO(particles=60, iterations=300).run(problem, seed=seed + k) for k in range(2)]
-        starts += [np.asarray(x.theta) for x in swarms]
+        for k, reach in enumerate(SWARMS):
+            found = PSO(particles=100, iterations=300).run(_boxed(problem, reach), seed=seed + k)
+            starts.append(np.asarray(found.theta))
     return judge.fit(h, [plain.fit(h, starts, iterations=150).theta], iterations=150)
 
 
-def _boxed(p: Problem) -> Problem:
-    """The problem in a finite box: where a bound is infinite, 30 times the start to either side."""
-    reach = 30.0 * np.where(p.start != 0, np.abs(p.start), 1.0)
-    return replace(p, lower=np.maximum(p.lower, p.start - reach), upper=np.minimum(p.upper, p.start + reach))
+SWARMS = (30.0, 30.0, 1e3, 1e3, 1e4, 1e4, 1e5, 1e5)
+"""Swarms search within these factors of the start: a narrow resonance is not found in a box of thirteen decades."""
+
+
+def _boxed(p: Problem, reach: float) -> Problem:
+    """The problem in a box of `reach` times the start up and down; to both sides of 0 where bounds allow either sign."""
+    size = np.where(p.start != 0, np.abs(p.start), 1.0)
+    signed = p.lower < 0
+    low = np.where(signed, -min(reach, 30.0) * size, size / reach)
+    high = np.where(signed, min(reach, 30.0) * size, size * reach)
+    return replace(p, lower=np.maximum(p.lower, np.minimum(low, p.start)), upper=np.minimum(p.upper, high))
 
 
 def _with_motion(model: Model, case: Case, fit: Fit, k: int, s: Series) -> Series:

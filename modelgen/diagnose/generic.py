@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from modelgen.diagnose.colour import autoregression
 from modelgen.diagnose.evidence import effective
-from modelgen.diagnose.noise import autoregression
 from modelgen.diagnose.refit import Fit, Judge
 from modelgen.diagnose.screen import Tangent
 from modelgen.fit.series import Array

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from modelgen.fit.series import Array, Series, Whitener
+from modelgen.fit.series import Array, Series
 from modelgen.language import Model
 from modelgen.recordings import Case, Recording
 
@@ -42,42 +42,6 @@ def masked(series: Sequence[Series], marks: Sequence[Array]) -> tuple[Series, ..
     return tuple(
         replace(s, whitener=s.whitener.masked(np.where(m, 0.0, 1.0))) if m.any() else s
         for s, m in zip(series, marks, strict=True)
-    )
-
-
-def autoregression(white: Array, most: int) -> Array:
-    """Whitening filter (1, a1, …) of a residual (channels, n), its order by BIC (0 … most). Scaled to unit
-    input variance.
-
-    Fitted by least squares over both channels; the innovation's standard deviation is divided out relative to
-    the residual's own, so that the filter changes the colour of the noise and not what its level was stated
-    to be.
-    """
-    n = white.shape[1]
-    most = int(min(most, n // 10))
-    if most < 1:
-        return np.ones(1)
-    x = white - white.mean(axis=1, keepdims=True)
-    target = x[:, most:].ravel()
-    columns = np.stack([x[:, most - k : n - k].ravel() for k in range(1, most + 1)], axis=1)
-    total = float(target @ target) or 1.0
-    count = len(target)
-    q, r = np.linalg.qr(columns)
-    c = q.T @ target
-    rss = np.concatenate([[total], total - np.cumsum(c**2)])
-    bic = count * np.log(np.maximum(rss, 1e-12 * total)) + np.arange(most + 1) * np.log(count)
-    order = int(np.argmin(bic))
-    if order == 0 or bic[0] - bic[order] < 10.0:
-        return np.ones(1)
-    a = np.linalg.solve(r[:order, :order], c[:order])
-    return np.concatenate([[1.0], -a])
-
-
-def coloured(whiteners: Sequence[Whitener], white: Sequence[Array], most: int) -> tuple[Whitener, ...]:
-    """Whiteners with the colour of the residuals `white` (which they left), one filter a recording."""
-    return tuple(
-        replace(w, ar=None if len(a) == 1 else a)
-        for w, a in zip(whiteners, (autoregression(x, most) for x in white), strict=True)
     )
 
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from modelgen.diagnose.colour import coloured
 from modelgen.diagnose.evidence import bic, levels
 from modelgen.diagnose.hypothesis import Addition, Hypothesis, make_hypotheses
-from modelgen.diagnose.noise import coloured, correlation_length, local_level
+from modelgen.diagnose.noise import correlation_length, local_level
 from modelgen.diagnose.refit import Fit, Judge, refine
 from modelgen.diagnose.screen import Score, Tangent, score
 from modelgen.fit.series import Array, Series
@@ -183,10 +184,15 @@ def _recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Jud
     if _gross(s, white):
         new = Judge(plain, judge.prior, correlation_length(white))
         return new, new.look(base.hypothesis, base.theta), [new.look(f.hypothesis, f.theta) for f in fits]
-    uneven = [local_level(e) if s.model.is_time_model else np.ones(e.shape[1]) for e in white]
-    plain = tuple(w if np.all(u == 1) else w.masked(1 / u) for w, u in zip(plain, uneven, strict=True))
-    white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
     filters = coloured(plain, white, s.colour)
+    uneven = [
+        local_level(w.colour(e)) if s.model.is_time_model else np.ones(e.shape[1])
+        for w, e in zip(filters, white, strict=True)
+    ]
+    if any(np.any(u != 1) for u in uneven):
+        plain = tuple(w.scaled(u) for w, u in zip(plain, uneven, strict=True))
+        white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
+        filters = coloured(plain, white, s.colour)
     if all(w.ar is None for w in filters) and all(np.all(u == 1) for u in uneven):
         return judge, base, fits
     new = Judge(filters, judge.prior)

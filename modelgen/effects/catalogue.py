@@ -2,6 +2,7 @@
 
 from modelgen.effects import (
     clearance,
+    cycle,
     damping,
     drift,
     drive,
@@ -37,4 +38,5 @@ CATALOGUE: tuple[Effect, ...] = (
     *joint.EFFECTS,
     *drift.EFFECTS,
     *sensor.EFFECTS,
+    *cycle.EFFECTS,
 )

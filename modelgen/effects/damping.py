@@ -1,7 +1,7 @@
 """Damping in the time domain: dashpots that aren't linear, and the linear one."""
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add
-from modelgen.language import Abs, Model, Parameter, Port, j, sign
+from modelgen.language import Abs, Model, Parameter, Port, sign
 
 ANY = (-float("inf"), float("inf"))
 DRAG = "drag with the square of speed, as of a turbulent fluid through an orifice"
@@ -25,16 +25,6 @@ quadratic_damping = Effect(
     (Strength("c_2", "{port}/({v})**2", text="drag over speed squared"),),
     add(lambda at, p: p["c_2"] * at["v"] * Abs(at["v"])),
     needs=("v",),
-)
-
-quadratic_in_a_cycle = Effect(
-    "quadratic_damping",
-    ("stiffness",),
-    DRAG,
-    TEXTBOOK + "; force at mid-stroke over the amplitude, as in the MRE paper, eq. 6",
-    (Strength("c_2", "{port}*s**2/{amplitude}", text="drag over speed squared"),),
-    add(lambda at, p: j * p["c_2"] * at["omega"] ** 2 * at["amplitude"]),
-    needs=("omega", "amplitude"),
 )
 
 asymmetric_damping = Effect(
@@ -84,4 +74,4 @@ power_law_damping = Effect(
     common=0.5,
 )
 
-EFFECTS = (viscous_force, quadratic_damping, quadratic_in_a_cycle, asymmetric_damping, power_law_damping)
+EFFECTS = (viscous_force, quadratic_damping, asymmetric_damping, power_law_damping)

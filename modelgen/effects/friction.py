@@ -5,7 +5,7 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change
-from modelgen.language import Abs, Equation, Model, Port, State, exp, j, sign, sqrt, tanh
+from modelgen.language import Abs, Equation, Model, Port, State, exp, sign, sqrt
 
 DAHL = "P. R. Dahl, Aerospace Corp. TOR-0158(3107-18)-1 (1968); MRE paper, eq. 8–9"
 
@@ -34,25 +34,6 @@ second_dahl_element = Effect(
     needs=("z", "z_prev", "z_turn"),
 )
 
-
-def _second_in_a_cycle(at: Port, p: Values) -> Any:
-    """Complex stiffness with Dahl's force at the end of the stroke and at its middle, as the MRE paper's
-    eq. 4 and 6."""
-    A, z_2 = at["amplitude"], p["z_2"]
-    end = tanh(A / z_2)
-    return p["h_2"] / A * (end + j * (1 - (1 + end) * exp(-A / z_2)))
-
-
-second_dahl_in_a_cycle = Effect(
-    "second_dahl_element",
-    ("stiffness",),
-    second_dahl_element.says,
-    DAHL + "; MRE paper, eq. 12",
-    (Strength("h_2", "{port}*({amplitude})", text="friction force of the second element"),),
-    add(_second_in_a_cycle),
-    (Shape("z_2", "{amplitude}", "1", 0.01, 3.0, 6, text="slip length 1/ρ of the second element"),),
-    needs=("amplitude",),
-)
 
 dahl_exponent = Effect(
     "dahl_exponent",
@@ -87,4 +68,4 @@ coulomb_friction = Effect(
     common=0.5,
 )
 
-EFFECTS = (second_dahl_element, second_dahl_in_a_cycle, dahl_exponent, stribeck_friction, coulomb_friction)
+EFFECTS = (second_dahl_element, dahl_exponent, stribeck_friction, coulomb_friction)

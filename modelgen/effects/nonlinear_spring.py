@@ -21,16 +21,6 @@ cubic_stiffness = Effect(
     common=2.0,
 )
 
-cubic_in_a_cycle = Effect(
-    "cubic_stiffness",
-    ("stiffness",),
-    HARDENS,
-    TEXTBOOK + "; force at the end of the stroke over its amplitude, as in the MRE paper, eq. 4",
-    (Strength("k_3", "{port}/{amplitude}**2", bounds=ANY, text="positive for a hardening spring"),),
-    add(lambda at, p: p["k_3"] * at["amplitude"] ** 2),
-    needs=("amplitude",),
-)
-
 asymmetric_stiffness = Effect(
     "asymmetric_stiffness",
     ("force",),
@@ -83,6 +73,4 @@ def _magnet(side: int) -> Effect:
     )
 
 
-EFFECTS = (
-    cubic_stiffness, cubic_in_a_cycle, asymmetric_stiffness, bilinear_stiffness, _magnet(1), _magnet(-1),
-)  # fmt: skip
+EFFECTS = (cubic_stiffness, asymmetric_stiffness, bilinear_stiffness, _magnet(1), _magnet(-1))

@@ -34,27 +34,6 @@ lag_of_response = Effect(
     needs=("omega",),
 )
 
-# A sample in a steady cycle, known by its amplitude: what is late of its force is its complex stiffness.
-delay_in_a_cycle = Effect(
-    "sensor_delay",
-    ("stiffness",),
-    LATE,
-    "Fourier's shift theorem",
-    (Strength("tau", "s", bounds=ANY, text="delay of the force"),),
-    change(lambda K, at, p: K * exp(-j * at["omega"] * p["tau"])),
-    needs=("omega", "amplitude"),
-)
-
-lag_in_a_cycle = Effect(
-    "force_sensor_lag",
-    ("stiffness",),
-    LAG,
-    FILTER,
-    (Strength("tau", "s", text="time constant"),),
-    change(lambda K, at, p: K / (1 + j * at["omega"] * p["tau"])),
-    needs=("omega", "amplitude"),
-)
-
 # In time, the recorded force is F − y, with y the rate of F, filtered, times τ. F runs linearly between
 # samples, each step of
 # y is exact: for τ far below the sampling interval F − τ ΔF/Δt is left, and at τ = 0 F itself.
@@ -124,6 +103,4 @@ force_sensor_lag = Effect(
     needs=("t", "t_prev"),
 )
 
-EFFECTS = (
-    delay_of_response, lag_of_response, delay_in_a_cycle, lag_in_a_cycle, sensor_delay, force_sensor_lag,
-)  # fmt: skip
+EFFECTS = (delay_of_response, lag_of_response, sensor_delay, force_sensor_lag)

@@ -1,7 +1,7 @@
 """Stiffness and loss angle of the modified Dahl model in a steady cycle (MRE paper, eq. 4–12, Tab. 2 and 3).
 
 With z = −A_z cos θ, θ = 2πft, b = 1, the friction state runs between ∓tanh(ρ A_z) and both halves of the
-cycle are alike. Spring and dashpot are together one complex stiffness K. F_0 is left out.
+cycle are alike. Spring and dashpot are together one complex stiffness K. The offset is left out.
 """
 
 from typing import Any
@@ -25,6 +25,7 @@ from modelgen.language import (
     j,
     pi,
     re,
+    sign,
     sin,
     tanh,
 )
@@ -47,14 +48,14 @@ K_im = Equation("K_im", im(K), "N/mm", text="its loss part")
 r_m = Equation("r_m", tanh(rho * A_z), "1", "(9)", "friction state where the displacement turns")
 
 
-def force(theta: Any) -> Any:
-    """Force while the displacement grows, 0 <= θ <= π: (12) with (9) solved from −r_m."""
-    friction = h_D * (1 - (1 + r_m) * exp(-rho * A_z * (1 - cos(theta))))
-    return friction + A_z * (K_im * sin(theta) - K_re * cos(theta))
+def force(c: Any, s: Any, d: Any = 1) -> Any:
+    """Force at c = cos θ, s = sin θ: (12) with (9) solved from −d r_m; d = 1 while z grows, else −1."""
+    friction = d * h_D * (1 - (1 + r_m) * exp(-rho * A_z * (1 - d * c)))
+    return friction + A_z * (K_im * s - K_re * c)
 
 
 def slope(theta: Any) -> Any:
-    """dF/dθ."""
+    """dF/dθ while the displacement grows."""
     friction = h_D * (1 + r_m) * rho * A_z * sin(theta) * exp(-rho * A_z * (1 - cos(theta)))
     return friction + A_z * (K_im * cos(theta) + K_re * sin(theta))
 
@@ -68,13 +69,24 @@ theta_pk = Implicit(
     (9 * beyond / 10, pi + beyond / 10),
     text="phase of the greatest force",
 )
-A_F = Equation("A_F", force(theta_pk), "N", "(4)", "force amplitude")
+F_pk = Equation("F_pk", force(cos(theta_pk), sin(theta_pk)), "N", "(12)", "greatest force on the sample")
+A_F = Equation("A_F", F_pk, "N", "(4)", "force amplitude")
 k_s = Equation("k_s", A_F / A_z, "N/mm", "(4)", "equivalent stiffness")
 c_s = Equation("c_s", A_F / (omega * A_z), "N*s/mm", "(5)", "equivalent damping as printed: holds no loss")
-h_s = Equation("h_s", force(pi / 2), "N", "(6)", "half the width of the loop, at z = 0")
+phase_0 = Equation("phase_0", j, text="e^(jθ) where z = 0 is shown: θ = π/2, less what the force is late")
+cos_0 = Equation("cos_0", re(phase_0), text="cos θ there")
+sin_0 = Equation("sin_0", im(phase_0), text="sin θ there")
+direction_0 = Equation("direction_0", sign(sin_0), text="direction of the displacement there")
+F_mid = Equation("F_mid", force(cos_0, sin_0, direction_0), "N", "(12)", "force on the sample there")
+h_s = Equation("h_s", F_mid, "N", "(6)", "half the width of the loop, at z = 0")
 energy_per_cycle = Equation(
-    "energy_per_cycle", pi * K_im * A_z**2 + 4 * h_D * (A_z - r_m / rho), "N*mm", text="area of the loop"
+    "energy_per_cycle", pi * K_im * A_z**2 + 4 * h_D * (A_z - r_m / rho), "N*mm", text="lost in the sample"
 )
+cycle: dict[str, Any] = {
+    "omega": omega, "amplitude": A_z, "h": h_D, "rho": rho, "theta": theta_pk, "cos_0": cos_0, "sin_0": sin_0,
+    "direction_0": direction_0, "F_mid": F_mid, "energy": energy_per_cycle,
+}  # fmt: skip
+shown: dict[str, Any] = {"omega": omega, "phase_0": phase_0, "h_s": h_s}
 # h_s can exceed A_F by rounding alone, where nothing but loss is left
 loss_angle = Equation("loss_angle", asin(Min(h_s / A_F, 1)) * 180 / pi, "deg", text="asin(h_s/A_F)")
 
@@ -82,10 +94,17 @@ complex_stiffness = Model(
     "complex_stiffness",
     inputs=(f,),
     parameters=(k_D, c_D, h_D, rho, A_z),
-    statements=(omega, K, K_re, K_im, r_m, theta_pk, A_F, k_s, c_s, h_s, energy_per_cycle, loss_angle),
+    statements=(
+        omega, K, K_re, K_im, r_m, theta_pk, F_pk, A_F, k_s, c_s, phase_0, cos_0, sin_0, direction_0, F_mid,
+        h_s, energy_per_cycle, loss_angle,
+    ),
     outputs=(Output("k_s"), Output("loss_angle")),
-    ports=(Port("mechanical", "stiffness", "K", (("omega", omega.symbol), ("amplitude", A_z.symbol))),),
+    ports=(
+        Port("mechanical", "stiffness", "K", (("omega", omega.symbol), ("amplitude", A_z.symbol))),
+        Port("mechanical", "cycle", "F_pk", tuple((n, q.symbol) for n, q in cycle.items())),
+        Port("sensor", "shown_cycle", "A_F", tuple((n, q.symbol) for n, q in shown.items())),
+    ),
     source="MRE paper, eq. 4–12, Table 3",
     text="stiffness and loss angle of the modified Dahl model in a steady cycle",
     checked=True,
-)
+)  # fmt: skip
