@@ -117,7 +117,7 @@ def _mean_square(white: list[Array]) -> float:
 
 
 def _noise_words(setting: Setting, outcome: Outcome, after: float, stated: bool) -> str:
-    colour = [w.ar for w in outcome.judge.whiteners if w.ar is not None]
+    colour = [w.ar for w in outcome.judge.whiteners if w.ar is not None and len(w.ar) > 1]
     level = f"{np.sqrt(after):.2f} times the {'stated' if stated else 'local'} level"
     words = f"residual of the best hypothesis at {level}"
     if colour:

@@ -102,7 +102,7 @@ def errors_in_motion(
             }
         off += (force(replace(s, inputs={**s.inputs, **shifted})) - base)[0] ** 2
     level = np.sqrt(1.0 + np.mean(np.abs(s.whitener.weight), axis=0) ** 2 * off)
-    return replace(s, whitener=s.whitener.masked(1.0 / level))
+    return replace(s, whitener=replace(s.whitener.masked(1.0 / level), smear=window))
 
 
 def local_level(white: Array) -> Array:

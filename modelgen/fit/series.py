@@ -24,13 +24,15 @@ class Whitener:
     a Cholesky factor of the correlation. share: (n,), by which `masked` has lowered the weight. ar: coefficients
     (1, a1, …) of a whitening filter along the samples; undo: (n,) share that is divided out before it (noise that
     adds to a coloured one, instead of modulating it); band: (order + 1, n), lower banded Cholesky factor of the
-    covariance of what the filter leaves.
+    covariance of what the filter leaves. smear: (n,) half-widths, in samples, over which the noise that `share`
+    allows for is correlated.
     """
 
     weight: Array
     root: Array | None = None
     ar: Array | None = None
     share: Array | None = None
+    smear: Array | None = None
     undo: Array | None = None
     band: Array | None = None
 

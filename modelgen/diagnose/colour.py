@@ -1,0 +1,164 @@
+"""The colour of noise: autoregression (AR) of a residual, beside further noise that comes and goes.
+
+Noise y = x + d on a sample, x an AR process of one variance, d independent with a variance D of each sample (errors
+of the motion that act through the model; infinite where a sample is not believed). With A the AR filter, A y has
+the banded covariance s² + A D Aᵀ, whose Cholesky factor L whitens exactly: L⁻¹ A y. The first samples have the
+covariance of the stationary process. The rival is noise whose level as a whole is modulated: x alone, over its
+level.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from modelgen.fit.series import Array, Whitener
+
+UNBELIEVED = 1e8
+"""Variance of a sample that weighs nothing."""
+WIDEST = 24
+"""Half-widths of a derivative's window that are told apart."""
+LEVELS = (1.0, 4.0)
+"""Variances of the errors of motion, in what was stated or estimated for them, among which the likelihood chooses."""
+CLEAN = 8
+"""Power of a row's smallest share by which it counts in an AR's estimate: what is half other noise, hardly."""
+
+
+def autoregression(white: Array, most: int, share: Array | None = None) -> Array:
+    """Whitening filter (1, a1, …) of a residual (channels, n), its order by BIC (0 … most).
+
+    Least squares over the channels; a row counts by the power CLEAN of the smallest `share` (n,) of its samples.
+    """
+    n = white.shape[1]
+    most = int(min(most, n // 10))
+    if most < 1:
+        return np.ones(1)
+    x = white - white.mean(axis=1, keepdims=True)
+    row = _rows(np.ones(n) if share is None else share, most)
+    count = len(white) * float(np.sum(row))
+    if count < 10 * most:
+        return np.ones(1)
+    root = np.tile(np.sqrt(row), len(white))
+    target = root * x[:, most:].ravel()
+    columns = np.stack([x[:, most - k : n - k].ravel() for k in range(1, most + 1)], axis=1) * root[:, None]
+    total = float(target @ target) or 1.0
+    q, r = np.linalg.qr(columns)
+    c = q.T @ target
+    rss = np.concatenate([[total], total - np.cumsum(c**2)])
+    bic = count * np.log(np.maximum(rss, 1e-12 * total)) + np.arange(most + 1) * np.log(count)
+    order = int(np.argmin(bic))
+    if order == 0 or bic[0] - bic[order] < 10.0:
+        return np.ones(1)
+    a = np.linalg.solve(r[:order, :order], c[:order])
+    return _stable(np.concatenate([[1.0], -a]))
+
+
+def _rows(share: Array, most: int) -> Array:
+    """(n − most,) weight of each row of a regression on `most` earlier samples."""
+    least = np.lib.stride_tricks.sliding_window_view(share, most + 1).min(axis=1)
+    return np.asarray(least**CLEAN)
+
+
+def _stable(a: Array) -> Array:
+    """The filter with the poles of its process drawn inside the unit circle."""
+    longest = float(np.max(np.abs(np.roots(a)), initial=0.0))
+    return a if longest < 0.9995 else a * (0.9995 / longest) ** np.arange(len(a))
+
+
+def filtered(a: Array, x: Array) -> Array:
+    """a ∗ x along the last axis, samples before the first counted as 0."""
+    out = a[0] * x
+    for lag, c in enumerate(a[1:], 1):
+        out[..., lag:] += c * x[..., :-lag]
+    return np.asarray(out)
+
+
+def coloured(whiteners: Sequence[Whitener], white: Sequence[Array], most: int) -> tuple[Whitener, ...]:
+    """Whiteners with the colour of the residuals `white` (which they left), one filter a recording.
+
+    Whichever of the two kinds of noise is the likelier. All whiteners of a recording have the same determinant,
+    so that sums of squares compare as likelihoods.
+    """
+    return tuple(_coloured(w, x, most) for w, x in zip(whiteners, white, strict=True))
+
+
+def _coloured(w: Whitener, white: Array, most: int) -> Whitener:
+    share = np.ones(white.shape[1]) if w.share is None else w.share
+    used = share > 0
+    plain = replace(w, ar=None, undo=None, band=None)
+    tried = [(plain, 0)]
+    a = autoregression(white, most, used.astype(float))
+    if len(a) > 1:
+        tried.append((_banded(plain, white, a, used.astype(float), used, np.zeros((1, len(share)))), len(a) - 1))
+    if w.smear is not None and np.mean(share[used] < 0.95) > 0.01:
+        undo = np.where(used, share, 1.0)
+        own = autoregression(white / undo, most, share)
+        more = smeared(1 / undo**2 - 1, w.smear)
+        for level in LEVELS:
+            for a in [np.ones(1), own][: 2 if len(own) > 1 else 1]:
+                early = replace(plain, undo=undo)
+                tried.append((_banded(early, white / undo, a, share, used, level * more), len(a) - 1))
+    n = int(used.sum()) * len(white)
+    price = [n * np.log(np.sum(v.colour(white) ** 2)) + p * np.log(n) for v, p in tried]
+    return tried[int(np.argmin(price))][0]
+
+
+def _banded(w: Whitener, x: Array, a: Array, clean: Array, used: Array, more: Array) -> Whitener:
+    """`w` with the filter a and the factor of what it leaves; `more`: lower banded covariance of further noise."""
+    row = _rows(clean, len(a) - 1)
+    innovations = filtered(a, x)[:, len(a) - 1 :]
+    s2 = float(np.mean(np.sum(row * innovations**2, axis=1)) / max(np.sum(row), 1e-9)) or 1.0
+    more = more.copy()
+    more[0, ~used] += UNBELIEVED
+    L = factor(a, s2, more)
+    level = -np.log(w.undo[used]) if w.undo is not None else np.zeros(1)
+    L *= np.exp(np.mean(level) - np.mean(np.log(L[0, used])))
+    return replace(w, ar=a, band=L)
+
+
+def smeared(variance: Array, width: Array) -> Array:
+    """(b + 1, n) lower banded covariance of what noise leaves in a derivative by local polynomials.
+
+    variance, width: (n,) of it, and half-widths in samples (those beyond WIDEST count as that: little is left
+    there). The rows of the derivative are those of Savitzky and Golay (Anal. Chem. 36 (1964) 1627), order 5.
+    """
+    from scipy.signal import savgol_coeffs
+
+    half = np.clip(width, 4, WIDEST).astype(int)
+    most, n = int(half.max()), len(half)
+    rows = np.zeros((n, 2 * most + 1))
+    for h in np.unique(half):
+        c = savgol_coeffs(2 * int(h) + 1, 8 if h == 4 else 5, deriv=1, use="dot")
+        rows[half == h, most - h : most + h + 1] = c / np.linalg.norm(c)
+    rows *= np.sqrt(variance)[:, None]
+    band = np.zeros((2 * most + 1, n))
+    for k in range(min(2 * most + 1, n)):
+        band[k, : n - k] = np.einsum("ij,ij->i", rows[: n - k, k:], rows[k:, : 2 * most + 1 - k])
+    return band
+
+
+def factor(a: Array, s2: float, more: Array) -> Array:
+    """Lower banded Cholesky factor of s² + A D Aᵀ, the first samples stationary; D = `more` (b + 1, n), lower
+    banded."""
+    from scipy.linalg import cholesky_banded, toeplitz
+    from scipy.signal import lfilter
+
+    p, b, n = len(a) - 1, len(more) - 1, more.shape[1]
+    band = np.zeros((min(p + b, n - 1) + 1, n))
+    for i, j, q in ((i, j, q) for i in range(p + 1) for j in range(p + 1) for q in range(-b, b + 1)):
+        k = i - j + q  # row r = c + k takes a_i a_j D[r − i, c − j], and r − i − (c − j) = q
+        if 0 <= k < len(band):
+            first = max(0, j, i - k)
+            cols = np.arange(first, n - k)
+            band[k, first : n - k] += a[i] * a[j] * more[abs(q), cols - j + min(q, 0)]
+    impulse = lfilter([1.0], a, np.eye(1, 20000)[0])
+    gamma = np.array([impulse[: len(impulse) - k] @ impulse[k:] for k in range(p)])
+    band[0] += s2
+    if p:
+        T = toeplitz(a[:p], np.zeros(p))
+        start = s2 * (T @ toeplitz(gamma) @ T.T - np.eye(p))
+        for k in range(p):
+            band[k, : p - k] += np.diagonal(start, -k)
+    return np.asarray(cholesky_banded(band, lower=True))
