@@ -415,7 +415,7 @@ def test_forces_in_a_cycle_are_exact(id: str) -> None:
     """Stiffness and loss angle as of the force built point by point in time, to what its 512 points allow."""
     from modelgen.truths.stiffness import measured, steady_cycle
 
-    size, p = CYCLE_LAWS[id] if id in CYCLE_LAWS else ({"size": 1.3, "sign": -1}, {"b": np.exp(-1.3)})
+    size, p = CYCLE_LAWS[id] if id in CYCLE_LAWS else ({"size": 0.8, "sign": -1}, {"b": np.exp(-0.8)})
     id, A, hz = id.split()[0], 0.6, np.geomspace(0.1, 15, 20)
     base = {"k_D": 0.5, "c_D": 0.01, "h_D": 0.1, "rho": 2.0}
     wanted = measured(steady_cycle(2 * np.pi * hz, base, {id: {"law": "", **size}}, A, 2.0), A)

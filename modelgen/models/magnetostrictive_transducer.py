@@ -33,14 +33,15 @@ ASSUMED = "assumed, not in the paper: resonance near its 1600 Hz"
 
 f = Input("f", "Hz", "frequency")
 
+# Any material of this kind; the paper searches μ' 2 to 3, S' 1e-12 to 1e-10, d' 5e-10 to 5e-9 (Table 7).
 mu33 = complex_parameter(
-    "mu33", "1", 2.814 - 0.137j, (2, 3), (-0.3, 0.3), "relative permeability μ_33^σ* (1)", TABLE_7
+    "mu33", "1", 2.814 - 0.137j, (1, 30), (-5, 5), "relative permeability μ_33^σ* (1)", TABLE_7
 )
 S33 = complex_parameter(
-    "S33", "m²/N", 2.547e-11 - 2.178e-13j, (1e-12, 1e-10), (-1e-12, 1e-12), "compliance S_33^H* (1)", TABLE_7
+    "S33", "m²/N", 2.547e-11 - 2.178e-13j, (1e-12, 1e-9), (-2e-11, 2e-11), "compliance S_33^H* (1)", TABLE_7
 )
 d33 = complex_parameter(
-    "d33", "m/A", 1.587e-9 - 5.588e-11j, (5e-10, 5e-9), (-9e-11, 9e-11), "constant d_33* (1)", TABLE_7
+    "d33", "m/A", 1.587e-9 - 5.588e-11j, (1e-10, 1e-7), (-1e-8, 1e-8), "constant d_33* (1)", TABLE_7
 )
 R_0 = Parameter("R_0", "ohm", 3.0, (1e-3, 1e3), "dc resistance of the solenoid", ASSUMED)
 M_t = Parameter("M_t", "kg", 1.2501374, (1e-3, 1e3), "equivalent mass of the transducer", ASSUMED)
