@@ -1,9 +1,13 @@
 """The colour of noise: autoregression (AR) of a residual, beside further noise that comes and goes.
 
-Noise y = x + d on a sample, x an AR process of one variance, d independent with a variance D of each sample (errors
-of the motion that act through the model; infinite where a sample is not believed). With A the AR filter, A y has
-the banded covariance s² + A D Aᵀ, whose Cholesky factor L whitens exactly: L⁻¹ A y. The first samples have the
-covariance of the stationary process. The rival is noise whose level as a whole is modulated: x alone, over its
+Noise y = x + d on a sample, x an AR process of one variance, d independent with a variance D of each sample
+(errors
+of the motion that act through the model; infinite where a sample is not believed). With A the AR filter, A
+y has
+the banded covariance s² + A D Aᵀ, whose Cholesky factor L whitens exactly: L⁻¹ A y. The first samples have
+the
+covariance of the stationary process. The rival is noise whose level as a whole is modulated: x alone, over
+its
 level.
 """
 
@@ -21,15 +25,18 @@ UNBELIEVED = 1e8
 WIDEST = 24
 """Half-widths of a derivative's window that are told apart."""
 LEVELS = (1.0, 4.0)
-"""Variances of the errors of motion, in what was stated or estimated for them, among which the likelihood chooses."""
+"""Variances of the errors of motion, in what was stated or estimated for them, among which the likelihood
+chooses."""
 CLEAN = 8
-"""Power of a row's smallest share by which it counts in an AR's estimate: what is half other noise, hardly."""
+"""Power of a row's smallest share by which it counts in an AR's estimate: what is half other noise,
+hardly."""
 
 
 def autoregression(white: Array, most: int, share: Array | None = None) -> Array:
     """Whitening filter (1, a1, …) of a residual (channels, n), its order by BIC (0 … most).
 
-    Least squares over the channels; a row counts by the power CLEAN of the smallest `share` (n,) of its samples.
+    Least squares over the channels; a row counts by the power CLEAN of the smallest `share` (n,) of its
+    samples.
     """
     n = white.shape[1]
     most = int(min(most, n // 10))
@@ -78,7 +85,8 @@ def filtered(a: Array, x: Array) -> Array:
 def coloured(whiteners: Sequence[Whitener], white: Sequence[Array], most: int) -> tuple[Whitener, ...]:
     """Whiteners with the colour of the residuals `white` (which they left), one filter a recording.
 
-    Whichever of the two kinds of noise is the likelier. All whiteners of a recording have the same determinant,
+    Whichever of the two kinds of noise is the likelier. All whiteners of a recording have the same
+    determinant,
     so that sums of squares compare as likelihoods.
     """
     return tuple(_coloured(w, x, most) for w, x in zip(whiteners, white, strict=True))
@@ -91,7 +99,7 @@ def _coloured(w: Whitener, white: Array, most: int) -> Whitener:
     tried = [(plain, 0)]
     a = autoregression(white, most, used.astype(float))
     if len(a) > 1:
-        tried.append((_banded(plain, white, a, used.astype(float), used, np.zeros((1, len(share)))), len(a) - 1))
+        tried.append((_banded(plain, white, a, used.astype(float), used, None), len(a) - 1))
     if w.smear is not None and np.mean(share[used] < 0.95) > 0.01:
         undo = np.where(used, share, 1.0)
         own = autoregression(white / undo, most, share)
@@ -99,30 +107,33 @@ def _coloured(w: Whitener, white: Array, most: int) -> Whitener:
         for level in LEVELS:
             for a in [np.ones(1), own][: 2 if len(own) > 1 else 1]:
                 early = replace(plain, undo=undo)
-                tried.append((_banded(early, white / undo, a, share, used, level * more), len(a) - 1))
+                tried.append(
+                    (_banded(early, white / undo, a, share, used, np.sqrt(level) * more), len(a) - 1)
+                )
     n = int(used.sum()) * len(white)
     price = [n * np.log(np.sum(v.colour(white) ** 2)) + p * np.log(n) for v, p in tried]
     return tried[int(np.argmin(price))][0]
 
 
-def _banded(w: Whitener, x: Array, a: Array, clean: Array, used: Array, more: Array) -> Whitener:
-    """`w` with the filter a and the factor of what it leaves; `more`: lower banded covariance of further noise."""
+def _banded(w: Whitener, x: Array, a: Array, clean: Array, used: Array, rows: Array | None) -> Whitener:
+    """`w` with the filter a and the factor of what it leaves; `rows`: further noise, as `smeared` gives
+    it."""
     row = _rows(clean, len(a) - 1)
     innovations = filtered(a, x)[:, len(a) - 1 :]
     s2 = float(np.mean(np.sum(row * innovations**2, axis=1)) / max(np.sum(row), 1e-9)) or 1.0
-    more = more.copy()
-    more[0, ~used] += UNBELIEVED
-    L = factor(a, s2, more)
+    L = factor(a, s2, np.where(used, 0.0, UNBELIEVED), rows)
     level = -np.log(w.undo[used]) if w.undo is not None else np.zeros(1)
     L *= np.exp(np.mean(level) - np.mean(np.log(L[0, used])))
     return replace(w, ar=a, band=L)
 
 
 def smeared(variance: Array, width: Array) -> Array:
-    """(b + 1, n) lower banded covariance of what noise leaves in a derivative by local polynomials.
+    """(n, 2 m + 1) rows of a matrix R, centred on its diagonal: R Rᵀ is the covariance of what noise leaves
+    in a
+    derivative by local polynomials.
 
     variance, width: (n,) of it, and half-widths in samples (those beyond WIDEST count as that: little is left
-    there). The rows of the derivative are those of Savitzky and Golay (Anal. Chem. 36 (1964) 1627), order 5.
+    there). The rows are those of Savitzky and Golay (Anal. Chem. 36 (1964) 1627), order 5.
     """
     from scipy.signal import savgol_coeffs
 
@@ -132,27 +143,29 @@ def smeared(variance: Array, width: Array) -> Array:
     for h in np.unique(half):
         c = savgol_coeffs(2 * int(h) + 1, 8 if h == 4 else 5, deriv=1, use="dot")
         rows[half == h, most - h : most + h + 1] = c / np.linalg.norm(c)
-    rows *= np.sqrt(variance)[:, None]
-    band = np.zeros((2 * most + 1, n))
-    for k in range(min(2 * most + 1, n)):
-        band[k, : n - k] = np.einsum("ij,ij->i", rows[: n - k, k:], rows[k:, : 2 * most + 1 - k])
-    return band
+    return np.asarray(rows * np.sqrt(variance)[:, None])
 
 
-def factor(a: Array, s2: float, more: Array) -> Array:
-    """Lower banded Cholesky factor of s² + A D Aᵀ, the first samples stationary; D = `more` (b + 1, n), lower
-    banded."""
+def factor(a: Array, s2: float, more: Array, rows: Array | None = None) -> Array:
+    """Lower banded Cholesky factor of s² + A (D + R Rᵀ) Aᵀ, the first samples stationary; D = `more` (n,),
+    R by
+    its `rows` (n, 2 m + 1)."""
     from scipy.linalg import cholesky_banded, toeplitz
     from scipy.signal import lfilter
 
-    p, b, n = len(a) - 1, len(more) - 1, more.shape[1]
-    band = np.zeros((min(p + b, n - 1) + 1, n))
-    for i, j, q in ((i, j, q) for i in range(p + 1) for j in range(p + 1) for q in range(-b, b + 1)):
-        k = i - j + q  # row r = c + k takes a_i a_j D[r − i, c − j], and r − i − (c − j) = q
-        if 0 <= k < len(band):
-            first = max(0, j, i - k)
-            cols = np.arange(first, n - k)
-            band[k, first : n - k] += a[i] * a[j] * more[abs(q), cols - j + min(q, 0)]
+    p, n = len(a) - 1, len(more)
+    width = p + (rows.shape[1] if rows is not None else 1)
+    turned = np.zeros((n, width))  # A R, row i from column i − p − m on
+    for j in range(p + 1):
+        if rows is not None:
+            turned[j:, p - j : width - j] += a[j] * rows[: n - j]
+    band = np.zeros((min(width, n), n))
+    for k in range(len(band)):
+        if rows is not None:
+            band[k, : n - k] = np.einsum("ij,ij->i", turned[: n - k, k:], turned[k:, : width - k])
+        for j in range(k, p + 1):
+            first = max(0, j - k)
+            band[k, first : n - k] += a[j] * a[j - k] * more[first + k - j : n - j]
     impulse = lfilter([1.0], a, np.eye(1, 20000)[0])
     gamma = np.array([impulse[: len(impulse) - k] @ impulse[k:] for k in range(p)])
     band[0] += s2

@@ -13,6 +13,11 @@ from modelgen.fit.series import Array, Series
 TRUST_STATED, TRUST_ESTIMATED = 12.0, 1.0
 """How many samples' worth of belief a noise level deserves that is stated, or estimated from neighbours."""
 
+LONE = 15.0
+"""Squares of residuals count at most this many times their mean: −2 ln of one in a hundred samples with an
+error
+ten times the noise."""
+
 
 @dataclass(frozen=True)
 class Level:
@@ -25,16 +30,31 @@ def levels(series: Sequence[Series]) -> tuple[Level, ...]:
     return tuple(Level(TRUST_STATED if s.stated else TRUST_ESTIMATED) for s in series)
 
 
-def deviance(white: Sequence[Array], prior: Sequence[Level]) -> float:
+def deviance(white: Sequence[Array], prior: Sequence[Level], robust: bool = False) -> float:
     """−2 ln of the likelihood of whitened residuals with each recording's noise level profiled out.
+
+    `robust`: no lone sample counts more than LONE times the mean.
 
     Σ (N + ν) ln((Σe² + ν)/(N + ν)): for a level that is right about Σe² − N, and robust where it is wrong.
     """
     total = 0.0
     for e, p in zip(white, prior, strict=True):
         n = int(np.count_nonzero(e))
-        total += (n + p.count) * float(np.log((float(np.sum(e**2)) + p.count) / (n + p.count)))
+        square = settled(e) if robust else float(np.sum(e**2))
+        total += (n + p.count) * float(np.log((square + p.count) / (n + p.count)))
     return total
+
+
+def settled(e: Array) -> float:
+    """Σe² with no sample counted beyond LONE times the mean: a few that stand alone are no evidence for
+    physics."""
+    square = np.asarray(e[e != 0] ** 2).ravel()
+    if not square.size:
+        return 0.0
+    mean = float(np.mean(square))
+    for _ in range(20):
+        mean = float(np.mean(np.minimum(square, LONE * mean)))
+    return mean * square.size
 
 
 def effective(white: Sequence[Array]) -> int:
@@ -43,7 +63,7 @@ def effective(white: Sequence[Array]) -> int:
 
 
 def bic(
-    white: Sequence[Array], prior: Sequence[Level], parameters: int, own: int = 0, temper: float = 1.0
+    white: Sequence[Array], prior: Sequence[Level], parameters: int, own: int = 0, robust: bool = False
 ) -> float:
     """Bayes' information criterion. Small samples pay more (AICc's correction), so that five points can't buy
     four numbers."""
@@ -51,4 +71,4 @@ def bic(
     k = parameters + own
     known = n + sum(p.count for p in prior)
     small = 2.0 * k * (k + 1) / max(known - k - 1, 1.0) if n < 200 else 0.0
-    return deviance(white, prior) / temper + k * float(np.log(max(n / temper, 3.0))) + small
+    return deviance(white, prior, robust) + k * float(np.log(max(n, 3.0))) + small

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modelgen.diagnose.colour import autoregression
-from modelgen.diagnose.evidence import effective
+from modelgen.diagnose.evidence import effective, settled
 from modelgen.diagnose.refit import Fit, Judge
 from modelgen.diagnose.screen import Tangent
 from modelgen.fit.series import Array
@@ -58,9 +58,9 @@ def _gain(tangent: Tangent, columns: Array, n: int, price: float = 0.0) -> tuple
     good = values > 1e-10 * values[-1]
     part = (vectors.T @ (unit.T @ tangent.r))[good]
     explained = float(np.sum(part**2 / values[good]))
-    share = min(explained / float(tangent.r @ tangent.r), 1 - 1e-12)
     left = tangent.r - unit @ (vectors[:, good] @ (part / values[good]))
-    return -n * float(np.log1p(-share)) - int(good.sum()) * float(np.log(n)) - price, explained, left
+    share = settled(left) / max(settled(tangent.r), 1e-300)
+    return -n * float(np.log(max(share, 1e-12))) - int(good.sum()) * float(np.log(n)) - price, explained, left
 
 
 # -- frequency

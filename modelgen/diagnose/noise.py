@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from modelgen.fit.series import Array, Series
+from modelgen.fit.series import Array, Series, input_noise
 from modelgen.language import Model
 from modelgen.recordings import Case, Recording
 
@@ -22,7 +22,7 @@ def outliers(white: Array) -> Array:
     n = white.shape[1]
     if n < 15:
         return np.zeros(n, dtype=bool)
-    far = np.zeros(n, dtype=bool)
+    far = np.zeros(n)
     for x in white:
         padded = np.pad(x, 3, mode="reflect")
         windows = np.lib.stride_tricks.sliding_window_view(padded, 7)
@@ -33,8 +33,10 @@ def outliers(white: Array) -> Array:
         local = 1.4826 * np.median(
             np.abs(np.lib.stride_tricks.sliding_window_view(np.pad(alone, 10, mode="reflect"), 21)), axis=1
         )
-        far |= np.abs(alone) > GROSS * np.maximum(level, 1.5 * local) + 1e-300
-    return far if far.mean() < 0.1 else np.zeros(n, dtype=bool)
+        scale = np.where(local > 2 * level, 1.5 * local, level)
+        far += (alone / (scale + 1e-300)) ** 2
+    marked = far > GROSS**2
+    return marked if marked.mean() < 0.1 else np.zeros(n, dtype=bool)
 
 
 def masked(series: Sequence[Series], marks: Sequence[Array]) -> tuple[Series, ...]:
@@ -81,13 +83,13 @@ def errors_in_motion(
         return s
     from modelgen.recordings.kinematics import kinematics
 
-    k = kinematics(recording.inputs[model.axis], recording.inputs[moved], case.noise.sigma.get(moved))
+    k = kinematics(recording.inputs[model.axis], recording.inputs[moved], input_noise(model, case, recording)[moved])
     n = np.arange(s.n)
     window = np.maximum(np.broadcast_to(k.window, s.n), 1)
     ends = np.where((n < window) | (s.n - 1 - n < window), ENDS, 1.2)
     base = force(s)
     off = np.zeros(s.n)
-    places: dict[str, Any] = {motion["rate"]: k.sigma_v, moved: k.sigma_z}
+    places: dict[str, Any] = {motion["rate"]: k.sigma_v, moved: k.sigma_z * _left(window)}
     for name, std in places.items():
         std = np.broadcast_to(std, s.n) * ends
         if not (np.any(std > 0) and np.all(np.isfinite(std))):
@@ -103,6 +105,14 @@ def errors_in_motion(
         off += (force(replace(s, inputs={**s.inputs, **shifted})) - base)[0] ** 2
     level = np.sqrt(1.0 + np.mean(np.abs(s.whitener.weight), axis=0) ** 2 * off)
     return replace(s, whitener=replace(s.whitener.masked(1.0 / level), smear=window))
+
+
+def _left(half: Array) -> Array:
+    """(n,) share of the noise that a local quintic over `half` samples to either side leaves in the value."""
+    from scipy.signal import savgol_coeffs
+
+    left = {h: 1.0 if h <= 4 else float(savgol_coeffs(2 * h + 1, 5)[h]) ** 0.5 for h in np.unique(half).tolist()}
+    return np.array([left[h] for h in half.tolist()])
 
 
 def local_level(white: Array) -> Array:

@@ -136,12 +136,13 @@ def _gains(s: Setting, judge: Judge, old: Fit, new: Fit) -> bool:
 
 
 def _own_colour(s: Setting, judge: Judge, f: Fit) -> float:
-    """BIC of a fit under the colour of its own residual."""
+    """BIC of a fit under the colour of its own residual, in which lone samples count little."""
     plain = tuple(replace(w, ar=None) for w in judge.whiteners)
     white = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(plain)]
     own = coloured(plain, white, s.colour)
     innovations = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(own)]
-    return bic(innovations, judge.prior, f.parameters, sum(0 if w.ar is None else len(w.ar) - 1 for w in own))
+    orders = sum(0 if w.ar is None else len(w.ar) - 1 for w in own)
+    return bic(innovations, judge.prior, f.parameters, orders, robust=True)
 
 
 def _screen(

@@ -15,16 +15,24 @@ from modelgen.recordings import Case, Channel, Recording, Signature
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
+BELIEVED = 1.3
+"""A stated noise of an input is believed when the record itself holds up to this many times as much."""
+
+
 @dataclass(frozen=True, eq=False)
 class Whitener:
     """Turns residuals into independent ones of unit variance, as far as the noise is known.
 
     weight: (channels, n) real, or (n,) complex, which multiplies the complex residual (so that a noise that
     is relative to |Z| is turned into the frame of Z). root: (n, n), applied along the samples: the inverse of
-    a Cholesky factor of the correlation. share: (n,), by which `masked` has lowered the weight. ar: coefficients
-    (1, a1, …) of a whitening filter along the samples; undo: (n,) share that is divided out before it (noise that
-    adds to a coloured one, instead of modulating it); band: (order + 1, n), lower banded Cholesky factor of the
-    covariance of what the filter leaves. smear: (n,) half-widths, in samples, over which the noise that `share`
+    a Cholesky factor of the correlation. share: (n,), by which `masked` has lowered the weight. ar:
+    coefficients
+    (1, a1, …) of a whitening filter along the samples; undo: (n,) share that is divided out before it
+    (noise that
+    adds to a coloured one, instead of modulating it); band: (order + 1, n), lower banded Cholesky factor of
+    the
+    covariance of what the filter leaves. smear: (n,) half-widths, in samples, over which the noise that
+    `share`
     allows for is correlated.
     """
 
@@ -65,7 +73,7 @@ class Whitener:
         found = np.ascontiguousarray(solved.T).reshape(filtered.shape)
         return found if self.share is None else np.where(self.share > 0, found, 0.0)
 
-    def scaled(self, factor: float) -> Whitener:
+    def scaled(self, factor: float | Array) -> Whitener:
         """For noise that is `factor` times as large."""
         return replace(self, weight=self.weight / factor)
 
@@ -135,7 +143,7 @@ def make_series(model: Model, case: Case, recording: Recording) -> Series:
     from modelgen.codegen.inputs import complete_inputs
     from modelgen.codegen.lower import primary_outputs
 
-    inputs, _ = complete_inputs(model, recording.inputs, _input_noise(model, case))
+    inputs, _ = complete_inputs(model, recording.inputs, input_noise(model, case, recording))
     outputs = primary_outputs(model)
     found = [o for o in outputs if o in recording.outputs]
     if not found:
@@ -163,9 +171,18 @@ def make_series(model: Model, case: Case, recording: Recording) -> Series:
     )  # fmt: skip
 
 
-def _input_noise(model: Model, case: Case) -> dict[str, float | None]:
-    """Standard deviations of recorded inputs; None where it has to be estimated from the record."""
-    return {i.name: case.noise.sigma.get(i.name) for i in model.inputs if i.derived is None}
+def input_noise(model: Model, case: Case, recording: Recording) -> dict[str, float | None]:
+    """Standard deviations of recorded inputs; None where it has to be estimated from the record: it is not
+    stated,
+    or high differences of the record hold more than BELIEVED times what is."""
+    from modelgen.recordings.noise import noise_std
+
+    found = {i.name: case.noise.sigma.get(i.name) for i in model.inputs if i.derived is None}
+    for name in {i.derived[1] for i in model.inputs if i.derived}:
+        told = found.get(name)
+        if told and noise_std(recording.inputs[model.axis], recording.inputs[name]) > BELIEVED * told:
+            found[name] = None
+    return found
 
 
 def _weight(case: Case, recording: Recording, found: list[str], kind: str, y: Array) -> tuple[Array, bool]:
