@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from modelgen.diagnose.colour import autoregression
+from modelgen.diagnose.colour import coloured
 from modelgen.diagnose.evidence import effective, settled
 from modelgen.diagnose.refit import Fit, Judge
 from modelgen.diagnose.screen import Tangent
-from modelgen.fit.series import Array
+from modelgen.fit.series import Array, Whitener
 from modelgen.language import Model
 
 
@@ -150,7 +150,13 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
             blocks.append(plain.whiteners[k].apply(columns[None])[0].T)
         found.append(
             _best_of(
-                tangent, np.concatenate(blocks), n, fit.white, port, says, TOGETHER.get(make.__name__, 0)
+                tangent,
+                np.concatenate(blocks),
+                plain.whiteners,
+                fit.white,
+                port,
+                says,
+                TOGETHER.get(make.__name__, 0),
             )
         )
     return found
@@ -162,36 +168,40 @@ looking."""
 
 
 def _best_of(
-    tangent: Tangent, columns: Array, n: int, white: Sequence[Array], port: str, says: str, few: int
+    tangent: Tangent,
+    columns: Array,
+    whiteners: Sequence[Whitener],
+    white: Sequence[Array],
+    port: str,
+    says: str,
+    few: int,
 ) -> Leftover:
     """The gain of a group of terms, all at once or the best `few` neighbours of them; checked with colours of
     their own."""
-    size = columns.shape[1]
+    size, n = columns.shape[1], effective(white)
     sets = [list(range(size))] if not few else [list(range(k, k + few)) for k in range(0, size, few)]
     price = 2 * float(np.log(len(sets)))
     tried = [(*_gain(tangent, columns[:, c], n, price), len(c)) for c in sets]
     gain, chi2, rest, count = max(tried, key=lambda x: x[0])
     if gain > 10.0:
-        gain = min(gain, _own_colours(white, rest) - count * float(np.log(n)) - price)
+        gain = min(gain, _own_colours(whiteners, white, rest) - count * float(np.log(n)) - price)
     return Leftover(float(gain), chi2, port, says)
 
 
-def _own_colours(white: Sequence[Array], rest: Array) -> float:
+def _own_colours(whiteners: Sequence[Whitener], white: Sequence[Array], rest: Array) -> float:
     """2 Δ ln L of a residual `white` against what is left of it (`rest`, joined), each with a colour of its
     own."""
     total, at = 0.0, 0
-    for x in white:
+    for w, x in zip(whiteners, white, strict=True):
         y = rest[at : at + x.size].reshape(x.shape)
         at += x.size
         parts = []
         for z in (x, y):
-            ar = autoregression(z, 12)
-            filtered = z.copy()
-            for lag, a in enumerate(ar[1:], 1):
-                filtered[..., lag:] += a * z[..., :-lag]
-            used = filtered[z != 0]
+            own = coloured([w], [z], 12)[0]
+            used = own.colour(z)[z != 0]
+            order = 0 if own.ar is None else len(own.ar) - 1
             parts.append(
-                used.size * float(np.log(np.mean(used**2))) + (len(ar) - 1) * float(np.log(max(used.size, 2)))
+                used.size * float(np.log(np.mean(used**2))) + order * float(np.log(max(used.size, 2)))
             )
         total += parts[0] - parts[1]
     return total

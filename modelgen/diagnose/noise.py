@@ -83,7 +83,9 @@ def errors_in_motion(
         return s
     from modelgen.recordings.kinematics import kinematics
 
-    k = kinematics(recording.inputs[model.axis], recording.inputs[moved], input_noise(model, case, recording)[moved])
+    k = kinematics(
+        recording.inputs[model.axis], recording.inputs[moved], input_noise(model, case, recording)[moved]
+    )
     n = np.arange(s.n)
     window = np.maximum(np.broadcast_to(k.window, s.n), 1)
     ends = np.where((n < window) | (s.n - 1 - n < window), ENDS, 1.2)
@@ -111,7 +113,9 @@ def _left(half: Array) -> Array:
     """(n,) share of the noise that a local quintic over `half` samples to either side leaves in the value."""
     from scipy.signal import savgol_coeffs
 
-    left = {h: 1.0 if h <= 4 else float(savgol_coeffs(2 * h + 1, 5)[h]) ** 0.5 for h in np.unique(half).tolist()}
+    left = {
+        h: 1.0 if h <= 4 else float(savgol_coeffs(2 * h + 1, 5)[h]) ** 0.5 for h in np.unique(half).tolist()
+    }
     return np.array([left[h] for h in half.tolist()])
 
 
