@@ -98,8 +98,8 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
 def _fit_base(h: Hypothesis, judge: Judge, seed: int) -> Fit:
     """The base from many starts, those of swarms among them where samples are independent.
 
-    First as if all errors were independent, then under the judge: a smooth error in the covariance hides where a
-    far start is wrong, and a search gets lost.
+    First as if all errors were independent, then under the judge: a smooth error in the covariance hides
+    where a far start is wrong, and a search gets lost.
     """
     starts = base_starts(h, seed, 12)
     plain = Judge(tuple(replace(w, root=None, ar=None) for w in judge.whiteners), judge.prior)
@@ -112,11 +112,11 @@ def _fit_base(h: Hypothesis, judge: Judge, seed: int) -> Fit:
 
 
 SWARMS = (30.0, 30.0, 1e3, 1e3, 1e4, 1e4, 1e5, 1e5)
-"""Swarms search within these factors of the start: a narrow resonance is not found in a box of thirteen decades."""
+"""Swarms search within these factors of the start: in thirteen decades no narrow resonance is found."""
 
 
 def _boxed(p: Problem, reach: float) -> Problem:
-    """The problem in a box of `reach` times the start up and down; to both sides of 0 where bounds allow either sign."""
+    """The problem in a box of `reach` times the start up and down; on both sides of 0 where bounds allow."""
     size = np.where(p.start != 0, np.abs(p.start), 1.0)
     signed = p.lower < 0
     low = np.where(signed, -min(reach, 30.0) * size, size / reach)

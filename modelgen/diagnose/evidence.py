@@ -63,12 +63,19 @@ def effective(white: Sequence[Array]) -> int:
 
 
 def bic(
-    white: Sequence[Array], prior: Sequence[Level], parameters: int, own: int = 0, robust: bool = False
+    white: Sequence[Array],
+    prior: Sequence[Level],
+    parameters: int,
+    own: int = 0,
+    robust: bool = False,
+    temper: float = 1.0,
 ) -> float:
-    """Bayes' information criterion. Small samples pay more (AICc's correction), so that five points can't buy
-    four numbers."""
+    """Bayes' information criterion; `temper` residuals in a row count as one.
+
+    Small samples pay more (AICc's correction), so that five points can't buy four numbers.
+    """
     n = effective(white)
     k = parameters + own
     known = n + sum(p.count for p in prior)
     small = 2.0 * k * (k + 1) / max(known - k - 1, 1.0) if n < 200 else 0.0
-    return deviance(white, prior, robust) + k * float(np.log(max(n, 3.0))) + small
+    return deviance(white, prior, robust) / temper + k * float(np.log(max(n / temper, 3.0))) + small

@@ -34,7 +34,7 @@ def outliers(white: Array) -> Array:
             np.abs(np.lib.stride_tricks.sliding_window_view(np.pad(alone, 10, mode="reflect"), 21)), axis=1
         )
         scale = np.where(local > 2 * level, 1.5 * local, level)
-        far += (alone / (scale + 1e-300)) ** 2
+        far += (alone / np.maximum(scale, 1e-12 * (np.abs(alone).max() or 1.0))) ** 2
     marked = far > GROSS**2
     return marked if marked.mean() < 0.1 else np.zeros(n, dtype=bool)
 

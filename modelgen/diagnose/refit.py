@@ -71,7 +71,7 @@ class Judge:
             white = tuple(h.experiment.whitened(theta, self.whiteners))
         free = _free(h, theta)
         value = (
-            bic(white, self.prior, free) - 2 * h.log_common
+            bic(white, self.prior, free, temper=self.temper) - 2 * h.log_common
             if all(np.all(np.isfinite(e)) for e in white)
             else np.inf
         )
