@@ -59,7 +59,9 @@ def conclude(
         unit=setting.series[0].unit,
         extended_model=path,
         seconds=time.perf_counter() - begun,
-        summary=_summary(setting, findings, held.before.fit_over_noise, held.after.fit_over_noise, gate),
+        summary=_summary(
+            setting, findings, held.before.fit_over_noise, held.after.fit_over_noise, gate, _spare(best)
+        ),
         trials=_trials(outcome),
         traces=shown,
         curve=port_curve(setting, outcome, best, sensitivities, port),
@@ -154,8 +156,21 @@ def _blind_note(outcome: Outcome) -> tuple[str, ...]:
     return (f"these recordings can't show {', '.join(ids)}: free parameters of the model do the same",)
 
 
-def _summary(setting: Setting, findings: Sequence[Finding], before: float, after: float, gate: Gate) -> str:
+FEW = 5
+"""With fewer values to spare than this a fit without misfit says nothing."""
+
+
+def _spare(fit: Fit) -> int:
+    """Data values beyond the number of fitted parameters."""
+    return effective(fit.white) - fit.parameters
+
+
+def _summary(
+    setting: Setting, findings: Sequence[Finding], before: float, after: float, gate: Gate, spare: int
+) -> str:
     model = setting.model.id
+    if not findings and spare < FEW:
+        return f"{model} can't be judged: {max(spare, 0)} values more than parameters tell nothing."
     if not findings:
         left = f"what is left is {after:.2f} times the noise, and looks like it"
         return f"{model} explains the recordings: {left}."
