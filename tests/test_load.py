@@ -116,3 +116,13 @@ def test_names_that_are_not_in_the_file(tmp_path: Path) -> None:
     )
     (tmp_path / "empty.py").write_text("")
     assert refusal("empty.py:spring", tmp_path) == "'empty.py' has no 'spring'; there is no Model in it"
+
+
+def test_a_state_that_starts_at_an_equation_is_told_so() -> None:
+    from modelgen.errors import InputError
+    from modelgen.language import Equation, Input, Model, Parameter, State
+
+    t, k = Input("t", "s"), Parameter("k", "1", 1.0)
+    y = Equation("y", 2 * k)
+    with pytest.raises(InputError, match="state 'x': its initial value uses 'y'"):
+        Model("m", (t,), (k,), (y, State("x", y, 0.5 * k)), ("y",))

@@ -64,7 +64,14 @@ def _check_use(model: Model) -> None:
     states = {s.name for s in model.states}
     known = {i.name for i in model.inputs} | {p.name for p in model.parameters}
     known |= {p.name for p in model.scalar_parameters} | states
+    at_first = known - states
     for s in model.statements:
+        for symbol in s.initial.free_symbols if isinstance(s, State) else ():
+            if symbol.name not in at_first:
+                raise InputError(
+                    f"model '{model.id}', state '{s.name}': its initial value uses '{symbol.name}', "
+                    "wanted inputs and parameters alone"
+                )
         own = {s.name} if isinstance(s, Implicit) else set()
         for e in _expressions(s):
             for symbol in e.free_symbols:
