@@ -84,6 +84,18 @@ def export(
     export_model(model, target, out)
 
 
+@app.command()
+def reproduce(
+    paper: Annotated[list[str] | None, typer.Argument(metavar="[PAPER]...", help="gmm, mre; both")] = None,
+    json: Json = None,
+    html: Annotated[Path | None, typer.Option(help="write one self-contained HTML page")] = None,
+) -> None:
+    """Compute every published number of the papers behind the models anew, and say what became of it."""
+    from modelgen.cli.reproducing import reproduce_papers
+
+    reproduce_papers(paper or [], json, html)
+
+
 @app.command("list")
 def show() -> None:
     """List the models that ship and the effects that a diagnosis tries."""

@@ -106,7 +106,7 @@ class FitResult:
             "reason": self.reason,
             "method": self.method,
         }
-        plain: dict[str, Any] = _plain(whole)
+        plain: dict[str, Any] = jsonable(whole)
         return plain
 
     def to_json(self) -> str:
@@ -156,10 +156,10 @@ def _fit_and_holdout(figures: Mapping[str, float]) -> dict[str, float]:
     return {role: float(figures.get(role, np.nan)) for role in ("fit", "holdout")}
 
 
-def _plain(thing: Any) -> Any:
+def jsonable(thing: Any) -> Any:
     """The same with what JSON has not (NaN, ±inf) as null."""
     if isinstance(thing, dict):
-        return {name: _plain(value) for name, value in thing.items()}
+        return {name: jsonable(value) for name, value in thing.items()}
     if isinstance(thing, list | tuple):
-        return [_plain(value) for value in thing]
+        return [jsonable(value) for value in thing]
     return None if isinstance(thing, float) and not np.isfinite(thing) else thing

@@ -42,7 +42,7 @@ def page(verdict: Verdict, case: Case | None = None, model: Model | None = None)
     """The page as text."""
     units = _units(verdict, model)
     ids = [e.id for e in verdict.effects]
-    return _template().render(
+    return template("verdict.html.j2").render(
         v=verdict,
         case_file=case.path.name if case is not None and case.path else "",
         headline=words.headline(verdict),
@@ -64,7 +64,8 @@ def page(verdict: Verdict, case: Case | None = None, model: Model | None = None)
 
 
 @cache
-def _template() -> Any:
+def template(name: str) -> Any:
+    """A page's template with the filters that pages use."""
     import jinja2
 
     from modelgen.codegen.emit import templates_folder
@@ -81,7 +82,7 @@ def _template() -> Any:
         words=words.name_of, symbol=symbol, sentence=sentence, english=words.in_english,
     )  # fmt: skip
     environment.globals["measured"] = words.measured
-    return environment.get_template("verdict.html.j2")
+    return environment.get_template(name)
 
 
 def rms(white: np.ndarray[Any, Any], outliers: np.ndarray[Any, Any]) -> float:

@@ -1,0 +1,83 @@
+"""The page: papers, their numbers with verdicts, studies and figures, as one HTML file without a script."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup
+
+from modelgen.fit.result import write_atomically
+from modelgen.papers.number import Verdict
+from modelgen.papers.paper import Figure
+from modelgen.papers.run import Judged, Reproduction, Show
+from modelgen.papers.show import cell, difference, ours, printed
+
+CLASS = {
+    Verdict.REPRODUCED: "same",
+    Verdict.NOT_REPRODUCIBLE: "open",
+    Verdict.WRONG: "wrong",
+    Verdict.GIVEN: "given",
+}
+
+
+def write_page(found: Reproduction, path: str | Path, show: Show | None = None) -> None:
+    """Draw the figures and write the page whole or not at all. Raises InputError or ToolError, one line."""
+    write_atomically(path, page(found, show))
+
+
+def page(found: Reproduction, show: Show | None = None) -> str:
+    """The page as text."""
+    from modelgen.report.html import template
+
+    drawn: list[list[tuple[Figure, Markup]]] = []
+    total = sum(len(p.paper.figures) for p in found.papers)
+    for judged in found.papers:
+        figures = []
+        for k, figure in enumerate(judged.paper.figures):
+            if show is not None:
+                show(
+                    (sum(len(done) for done in drawn) + k) / max(total, 1),
+                    f"{judged.paper.id}, {figure.name}",
+                )
+            figures.append((figure, _drawn(figure, f"{judged.paper.id}{k}")))
+        drawn.append(figures)
+    return str(
+        template("reproduce.html.j2").render(
+            found=found,
+            papers=[_paper(p, figures) for p, figures in zip(found.papers, drawn, strict=True)],
+            verdicts=[(v.value, CLASS[v], sum(p.count[v] for p in found.papers)) for v in Verdict],
+            cell=cell,
+        )
+    )
+
+
+def _paper(judged: Judged, figures: list[tuple[Figure, Markup]]) -> dict[str, Any]:
+    tables = []
+    for table, results in judged.tables:
+        rows = [
+            {
+                "n": r.number,
+                "printed": printed(r),
+                "ours": ours(r),
+                "difference": difference(r),
+                "class": CLASS[r.verdict],
+                "verdict": r.verdict.value,
+                "why": r.why,
+            }
+            for r in results
+        ]
+        tables.append({"name": table.name, "caption": table.caption, "rows": rows})
+    count = [(v.value, CLASS[v], n) for v, n in judged.count.items()]
+    return {"judged": judged, "count": count, "tables": tables, "figures": figures}
+
+
+def _drawn(figure: Figure, key: str) -> Markup:
+    from matplotlib.figure import Figure as Canvas
+
+    from modelgen.report import svg
+
+    with svg.style():
+        canvas = Canvas(figsize=figure.size, layout="constrained")
+        figure.draw(canvas)
+        return Markup(svg.inline(canvas, f"{figure.name}: {figure.title}", key))
