@@ -19,14 +19,15 @@
 
 static inline double mg_min(const double a, const double b) { return a < b ? a : b; }
 
-/* phase of the greatest force: root of the residual between lo and hi, by Newton steps kept inside the bracket, at most 200. */
+/* phase of the greatest force: root of the residual between lo and hi, by Newton steps kept inside the bracket, at most 200.
+ * NaN when the residual has the same sign at both. */
 static double solve_theta_pk(const double A_z, const double K_im, const double K_re, const double h_D, const double r_m, const double rho, double lo, double hi)
 {
     double x = 0.5 * (lo + hi);
     double sign = 0.0;
     double before = hi - lo;
-    for (int k = -1; k < 200; ++k) {
-        const double at = k < 0 ? lo : x;
+    for (int k = -2; k < 200; ++k) {
+        const double at = k == -2 ? lo : k == -1 ? hi : x;
         double residual, slope;
         {
             const double theta_pk = at;
@@ -40,12 +41,18 @@ static double solve_theta_pk(const double A_z, const double K_im, const double K
             residual = (t18 * t19 + A_z * (K_im * t13 + K_re * t19));
             slope = t35;
         }
-        if (k < 0) {
+        if (residual == 0.0) {
+            return at;
+        }
+        if (k == -2) {
             sign = residual < 0.0 ? -1.0 : 1.0;
             continue;
         }
-        if (residual == 0.0) {
-            break;
+        if (k == -1) {
+            if (!(residual * sign < 0.0)) {
+                return NAN;
+            }
+            continue;
         }
         if (residual * sign > 0.0) {
             lo = at;

@@ -48,14 +48,15 @@ static inline double mg_sinhc_slope(const double x)
     return sum;
 }
 
-/* (A6) domain extension factor: root of the residual between lo and hi, by Newton steps kept inside the bracket, at most 200. */
+/* (A6) domain extension factor: root of the residual between lo and hi, by Newton steps kept inside the bracket, at most 200.
+ * NaN when the residual has the same sign at both. */
 static double solve_psi(const double D_eq, double lo, double hi)
 {
     double x = 0.5 * (lo + hi);
     double sign = 0.0;
     double before = hi - lo;
-    for (int k = -1; k < 200; ++k) {
-        const double at = k < 0 ? lo : x;
+    for (int k = -2; k < 200; ++k) {
+        const double at = k == -2 ? lo : k == -1 ? hi : x;
         double residual, slope;
         {
             const double psi = at;
@@ -85,12 +86,18 @@ static double solve_psi(const double D_eq, double lo, double hi)
             residual = (t19 * t28 - t13);
             slope = t62;
         }
-        if (k < 0) {
+        if (residual == 0.0) {
+            return at;
+        }
+        if (k == -2) {
             sign = residual < 0.0 ? -1.0 : 1.0;
             continue;
         }
-        if (residual == 0.0) {
-            break;
+        if (k == -1) {
+            if (!(residual * sign < 0.0)) {
+                return NAN;
+            }
+            continue;
         }
         if (residual * sign > 0.0) {
             lo = at;
@@ -109,14 +116,15 @@ static double solve_psi(const double D_eq, double lo, double hi)
     return x;
 }
 
-/* (A3) logarithm of the largest area, which carries the load: root of the residual between lo and hi, by Newton steps kept inside the bracket, at most 200. */
+/* (A3) logarithm of the largest area, which carries the load: root of the residual between lo and hi, by Newton steps kept inside the bracket, at most 200.
+ * NaN when the residual has the same sign at both. */
 static double solve_ln_a_l(const double D_eq, const double E, const double F, const double G_eq, const double H, const double H_G2, const double a1c, const double a2c, const double gamma_, const double l_0, const double psi, double lo, double hi)
 {
     double x = 0.5 * (lo + hi);
     double sign = 0.0;
     double before = hi - lo;
-    for (int k = -1; k < 200; ++k) {
-        const double at = k < 0 ? lo : x;
+    for (int k = -2; k < 200; ++k) {
+        const double at = k == -2 ? lo : k == -1 ? hi : x;
         double residual, slope;
         {
             const double ln_a_l = at;
@@ -158,12 +166,18 @@ static double solve_ln_a_l(const double D_eq, const double E, const double F, co
             residual = log(t103);
             slope = (t16 * (t15 * (t69 * t109 / t18 / a1c)) + t66 * t125 + 0.5 * t137 + t149);
         }
-        if (k < 0) {
+        if (residual == 0.0) {
+            return at;
+        }
+        if (k == -2) {
             sign = residual < 0.0 ? -1.0 : 1.0;
             continue;
         }
-        if (residual == 0.0) {
-            break;
+        if (k == -1) {
+            if (!(residual * sign < 0.0)) {
+                return NAN;
+            }
+            continue;
         }
         if (residual * sign > 0.0) {
             lo = at;
@@ -203,7 +217,7 @@ void contact_damping_values_real(const size_t n, const size_t stride, const doub
         const double t18 = 1.7571180983448618 * t17;
         const double t22 = pow(R_q_2 / l_0, (-0.041));
         const double t23 = 1.7571180983448618 * t22;
-        const double D_s_1 = t17 * 0.8785590491724309;  /* (16) R_q in ?m */
+        const double D_s_1 = t17 * 0.8785590491724309;  /* (16) R_q in um */
         const double D_1 = 1.0 + D_s_1;  /* (17) fractal dimension */
         const double D_s_2 = t22 * 0.8785590491724309;
         const double D_2 = 1.0 + D_s_2;
@@ -305,7 +319,7 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t23 = 1.7571180983448618 * t22;
         const double t24 = 4.0 - t23;
         const double t25 = mg_gamma(t24);
-        const double D_s_1 = t17 * 0.8785590491724309;  /* (16) R_q in ?m */
+        const double D_s_1 = t17 * 0.8785590491724309;  /* (16) R_q in um */
         const double D_1 = 1.0 + D_s_1;  /* (17) fractal dimension */
         const double D_s_2 = t22 * 0.8785590491724309;
         const double D_2 = 1.0 + D_s_2;
@@ -1146,7 +1160,7 @@ void contact_damping_all(const size_t n, const size_t stride, const double *cons
         const double t18 = 1.7571180983448618 * t17;
         const double t22 = pow(R_q_2 / l_0, (-0.041));
         const double t23 = 1.7571180983448618 * t22;
-        const double D_s_1 = t17 * 0.8785590491724309;  /* (16) R_q in ?m */
+        const double D_s_1 = t17 * 0.8785590491724309;  /* (16) R_q in um */
         const double D_1 = 1.0 + D_s_1;  /* (17) fractal dimension */
         const double D_s_2 = t22 * 0.8785590491724309;
         const double D_2 = 1.0 + D_s_2;

@@ -83,7 +83,7 @@ void magnetostrictive_transducer_prepare(const size_t n, const size_t stride, co
         const size_t i = k < n ? k : n - 1;
         const double f = in[0][i];
         const mg_complex t20 = mg_eddy_factor(f / f_c);
-        const double chi_re = t20.re;  /* (5) eddy-current factor ?_r - j?_i */
+        const double chi_re = t20.re;  /* (5) eddy-current factor chi_r - jchi_i */
         const double chi_im = t20.im;
         const double omega = f * 6.283185307179586;  /* angular frequency */
         work[0 * stride + k] = chi_re;
@@ -1621,7 +1621,7 @@ void magnetostrictive_transducer_all(const size_t n, const size_t stride, const 
     for (size_t i = 0; i < n; ++i) {
         const double f = in[0][i];
         const mg_complex t20 = mg_eddy_factor(f / f_c);
-        const double chi_re = t20.re;  /* (5) eddy-current factor ?_r - j?_i */
+        const double chi_re = t20.re;  /* (5) eddy-current factor chi_r - jchi_i */
         const double chi_im = t20.im;
         const double omega = f * 6.283185307179586;  /* angular frequency */
         const double t57 = 1.0 / omega;

@@ -15,7 +15,7 @@ import modelgen.models as models
 from modelgen.codegen import Function, build, build_many
 from modelgen.codegen.compiler import find_compiler
 from modelgen.errors import InputError, ToolError
-from modelgen.language import Model
+from modelgen.language import Implicit, Input, Model, Parameter, Symbol
 
 REFERENCE = Path(__file__).parents[2] / "shared" / "reference" / "reference_values.txt"
 AREA = 0.00031415926535897932385
@@ -293,3 +293,12 @@ def test_a_compiler_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) 
             find_compiler()
     finally:
         find_compiler.cache_clear()
+
+
+def test_an_implicit_equation_without_a_change_of_sign_has_no_value() -> None:
+    """y³ = a x between 0 and 2: a root at either end counts, none is NaN."""
+    x, a = Input("x", "1"), Parameter("a", "1", 1.0)
+    y = Implicit("y", Symbol("y", real=True) ** 3 - a * x, (0, 2), "1")
+    cube = Model("cube_root", inputs=(x,), parameters=(a,), statements=(y,), outputs=("y",))
+    found = build(cube)(x=np.array([-1.0, 0.0, 1.0, 8.0, 8.1, 27.0]))
+    assert np.allclose(found, [np.nan, 0, 1, 2, np.nan, np.nan], rtol=1e-15, equal_nan=True)

@@ -7,7 +7,8 @@ import pytest
 from fit_problems import T, problem
 
 from modelgen.errors import InputError, ToolError
-from modelgen.fit import Estimate, FitResult, GaussNewton, RecordingFit, assess, estimates, write_atomically
+from modelgen.files import write_atomically
+from modelgen.fit import Estimate, FitResult, GaussNewton, RecordingFit, assess, estimates
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from modelgen.codegen.compiler import FAST, QUICK, cache_folder, compile_library
 from modelgen.codegen.emit import Kernel, Source, emit, templates_folder
 from modelgen.codegen.function import Function, load
 from modelgen.codegen.program import build_program
-from modelgen.errors import ToolError
+from modelgen.files import write_atomically
 from modelgen.language import Model
 
 ALL = ("values", "jacobian", "sumsq", "normal", "all")
@@ -132,7 +132,7 @@ def _remembered(key: str) -> tuple[Source, Path] | None:
 def _remember(key: str, source: Source, library: Path) -> None:
     kept = asdict(source) | {"library": library.name, "header": "", "source": ""}
     kept["kernels"] = [k | {"code": ""} for k in kept["kernels"]]
-    write_atomically(cache_folder() / f"{key}.json", json.dumps(kept))
+    write_atomically(cache_folder() / f"{key}.json", json.dumps(kept), parents=True)
 
 
 def generate(model: Model, folder: Path) -> tuple[Path, Path]:
@@ -144,20 +144,5 @@ def generate(model: Model, folder: Path) -> tuple[Path, Path]:
     source = emit(build_program(model, default_wrt(model)), ALL)
     paths = (folder / f"{source.prefix}.h", folder / f"{source.prefix}.c")
     for path, text in zip(paths, (source.header, source.source), strict=True):
-        write_atomically(path, text)
+        write_atomically(path, text, parents=True)
     return paths
-
-
-def write_atomically(path: Path, text: str) -> None:
-    """Write a whole file or nothing. Raises ToolError in one line."""
-    data = text.encode()
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if path.exists() and path.read_bytes() == data:
-            return
-        temporary.write_bytes(data)
-        os.replace(temporary, path)
-    except OSError as why:
-        temporary.unlink(missing_ok=True)
-        raise ToolError(f"can't write '{path}': {why.strerror or why}") from why

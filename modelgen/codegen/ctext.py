@@ -167,6 +167,11 @@ def comment(text: str) -> str:
         "ω": "omega",
         "√": "sqrt",
         "π": "pi",
+        "µ": "u",
+        "μ": "u",
+        "χ": "chi",
+        "ψ": "psi",
+        "ρ": "rho",
         "′": "'",
     }
     text = " ".join("".join(table.get(ch, ch) for ch in text).split()).replace("\\", "/")

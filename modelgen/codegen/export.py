@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from modelgen.codegen.build import ALL, default_wrt, write_atomically
+from modelgen.codegen.build import ALL, default_wrt
 from modelgen.codegen.ctext import comment, number
 from modelgen.codegen.emit import Source, emit, environment
 from modelgen.codegen.program import build_program
 from modelgen.errors import InputError, did_you_mean
+from modelgen.files import write_atomically
 from modelgen.language import Model
 
 
@@ -39,7 +40,7 @@ def export(model: Model, target: str, folder: Path) -> tuple[Path, ...]:
     for name in TARGETS[target].files:
         texts[name] = environment().get_template(f"{TARGETS[target].folder}/{name}.j2").render(facts)
     for name, text in texts.items():
-        write_atomically(folder / name, text)
+        write_atomically(folder / name, text, parents=True)
     return tuple(folder / name for name in texts)
 
 

@@ -217,12 +217,12 @@ def _extended(
     if out is None:
         return law, None
     from modelgen.codegen import generate
-    from modelgen.codegen.build import write_atomically
+    from modelgen.files import write_atomically
     from modelgen.language.write import to_python
 
     path = out / f"{setting.model.id}_extended.py"
     note = f"{setting.model.id} with {', '.join(best.ids)}, found by modelgen diagnose"
-    write_atomically(path, to_python(model, note=note))
+    write_atomically(path, to_python(model, note=note), parents=True)
     generate(model, out)
     return law, str(path)
 

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from modelgen.fit.result import Estimate, write_atomically
+from modelgen.files import write_atomically
+from modelgen.fit.result import Estimate
 
 SCHEMA = "modelgen.verdict/1"
 Array = np.ndarray[Any, np.dtype[Any]]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from modelgen.fit.multistart import MultiStart
     from modelgen.fit.problem import Inequality, Problem
     from modelgen.fit.pso import PSO
-    from modelgen.fit.result import Estimate, FitResult, RecordingFit, estimates, write_atomically
+    from modelgen.fit.result import Estimate, FitResult, RecordingFit, estimates
     from modelgen.fit.uncertainty import Uncertainty, assess
 
 _HOME = {
@@ -37,7 +37,6 @@ _HOME = {
     "FitResult": "result",
     "RecordingFit": "result",
     "estimates": "result",
-    "write_atomically": "result",
     "Uncertainty": "uncertainty",
     "assess": "uncertainty",
 }
@@ -61,7 +60,6 @@ __all__ = [
     "assess",
     "estimates",
     "profile",
-    "write_atomically",
 ]
 
 

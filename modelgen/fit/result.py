@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -12,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from modelgen.errors import InputError, ToolError, did_you_mean
+from modelgen.errors import InputError, did_you_mean
+from modelgen.files import write_atomically
 from modelgen.fit.problem import Matrix, Problem
 from modelgen.fit.uncertainty import Uncertainty
 
@@ -125,31 +125,6 @@ def estimates(problem: Problem, theta: ArrayLike, known: Uncertainty) -> tuple[E
         known.at_bound.tolist(), known.determined.tolist(), strict=True,
     )  # fmt: skip
     return tuple(Estimate(*row) for row in rows)
-
-
-def write_atomically(path: str | Path, text: str) -> None:
-    """Write UTF-8 text to a neighbouring file, then rename it: a reader sees the old file or the new one,
-    whole.
-
-    Raises InputError when the folder is missing or `path` is a folder, ToolError when the system refuses.
-    """
-    path = Path(path)
-    if path.is_dir():
-        raise InputError(f"cannot write {path}: it is a folder, a file name is wanted")
-    if not path.parent.is_dir():
-        raise InputError(f"cannot write {path}: the folder {path.parent} does not exist")
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        try:
-            with open(part, "w", encoding="utf-8") as file:
-                file.write(text)
-                file.flush()
-                os.fsync(file.fileno())  # a full disk may say so only here
-            os.replace(part, path)
-        finally:
-            part.unlink(missing_ok=True)
-    except OSError as why:
-        raise ToolError(f"cannot write {path}: {why.strerror or why}") from why
 
 
 def _fit_and_holdout(figures: Mapping[str, float]) -> dict[str, float]:

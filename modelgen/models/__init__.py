@@ -9,6 +9,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from modelgen.errors import InputError, did_you_mean
+from modelgen.userfile import run_user_file
 
 if TYPE_CHECKING:
     from modelgen.language import Model
@@ -54,41 +55,7 @@ def load(spec: str, folder: Path | str = ".") -> Model:
             f"unknown model '{spec}'{did_you_mean(spec, SHIPPED) or ';'} "
             f"it is one of {', '.join(SHIPPED)}, or path/to/file.py:NAME"
         )
-    return _pick(path, name, _run(path, Path(folder) / path))
-
-
-def _run(shown: str, file: Path) -> dict[str, Any]:
-    """The global names of the user's file after running it."""
-    import runpy
-
-    if file.is_dir():
-        raise InputError(f"'{shown}' is a folder, a Python file with a model in it is wanted")
-    if not file.exists():
-        near = did_you_mean(file.name, [p.name for p in file.parent.glob("*.py")])
-        raise InputError(f"no file '{shown}'{near or ', wanted a Python file with a model in it'}")
-    try:
-        return runpy.run_path(str(file), run_name=file.stem)
-    except SyntaxError as why:
-        where = shown if why.filename in (None, str(file)) else why.filename
-        raise InputError(f"{where}, line {why.lineno or 1}: {why.msg}") from why
-    except OSError as why:
-        if why.filename == str(file):
-            raise InputError(f"'{shown}' can't be read: {why.strerror}") from why
-        raise InputError(_failure(shown, file, why)) from why
-    except (Exception, SystemExit) as why:
-        raise InputError(_failure(shown, file, why)) from why
-
-
-def _failure(shown: str, file: Path, why: BaseException) -> str:
-    """Where in the user's file it went wrong, and how, in one line."""
-    line, frame = 0, why.__traceback__
-    while frame is not None:
-        if frame.tb_frame.f_code.co_filename == str(file):
-            line = frame.tb_lineno
-        frame = frame.tb_next
-    text = " ".join(str(why).split())
-    says = text if isinstance(why, InputError) else f"{type(why).__name__}: {text}".rstrip(": ")
-    return f"{shown}, line {line}: {says}" if line else f"{shown}: {says}"
+    return _pick(path, name, run_user_file(path, Path(folder) / path, "a model"))
 
 
 def _pick(shown: str, name: str, names: dict[str, Any]) -> Model:

@@ -12,7 +12,7 @@ import numpy as np
 from markupsafe import Markup
 
 from modelgen.diagnose.verdict import Estimate, Finding, Trace, Verdict
-from modelgen.fit.result import write_atomically
+from modelgen.files import write_atomically
 from modelgen.report import curve as port_curve
 from modelgen.report import lack, plots, words
 from modelgen.report.formula import formula, sentence, symbol
