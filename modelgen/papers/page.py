@@ -7,7 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from modelgen.fit.result import write_atomically
+from modelgen.files import write_atomically
 from modelgen.papers.number import Verdict
 from modelgen.papers.paper import Figure
 from modelgen.papers.run import Judged, Reproduction, Show

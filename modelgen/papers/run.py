@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from modelgen.fit.result import jsonable, write_atomically
+from modelgen.files import write_atomically
+from modelgen.fit.result import jsonable
 from modelgen.papers.number import Result, Verdict, judge
 from modelgen.papers.paper import Found, Paper, Study, Table
 
