@@ -46,7 +46,10 @@ def fit(
     json: Json = None,
     method: Annotated[
         str,
-        typer.Option(help="'gauss-newton', 'pso(40)', 'ipopt', 'multistart(20)', or a chain 'pso >> ipopt'"),
+        typer.Option(
+            help="'gauss-newton', 'pso(40)', 'ipopt', 'ipopt(shooting=20)', 'multistart(20)', "
+            "or a chain 'pso >> ipopt'"
+        ),
     ] = "",
     start: Annotated[list[str] | None, typer.Option(help="NAME=VALUE, where to begin")] = None,
     seed: Seed = 0,
