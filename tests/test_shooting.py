@@ -53,9 +53,7 @@ def elastomer(tmp_path_factory: pytest.TempPathFactory) -> Experiment:
     F = mg.build(mg.models.modified_dahl)(t=at, z=z, k_D=0.68, c_D=0.137, h_D=0.231, rho=1.44, r_0=-0.7)
     F = F + 0.005 * np.random.default_rng(3).standard_normal(at.size)
     table = np.column_stack([at, z, F])
-    return recorded(
-        tmp_path_factory.mktemp("d"), mg.models.modified_dahl, "t [s],z [mm],F [N]", table, 0.005
-    )[0]
+    return recorded(tmp_path_factory.mktemp("d"), mg.models.modified_dahl, "t [s],z [mm],F [N]", table, 0.005)
 
 
 def joined(cut: Segments, theta: Any) -> tuple[Any, Any]:
