@@ -19,13 +19,17 @@ if TYPE_CHECKING:
     from modelgen import diagnose, fit, models
     from modelgen.api import open_case, read_case
     from modelgen.codegen import build
-    from modelgen.fit import IPOPT, PSO, Chain, GaussNewton, MultiStart
+    from modelgen.fit import IPOPT, PSO, Chain, GaussNewton, MultiStart, Recipe, Stage
     from modelgen.language import Model
+    from modelgen.papers.gmm.methods import METHOD_1, METHOD_2, METHOD_3
 
 __version__ = "0.1.0"
 
 __all__ = [
     "IPOPT",
+    "METHOD_1",
+    "METHOD_2",
+    "METHOD_3",
     "PSO",
     "Chain",
     "GaussNewton",
@@ -33,6 +37,8 @@ __all__ = [
     "Model",
     "ModelgenError",
     "MultiStart",
+    "Recipe",
+    "Stage",
     "ToolError",
     "__version__",
     "build",
@@ -48,7 +54,8 @@ _HOME = {
     "Model": "language",
     "read_case": "api",
     "open_case": "api",
-    **dict.fromkeys(("IPOPT", "PSO", "Chain", "GaussNewton", "MultiStart"), "fit"),
+    **dict.fromkeys(("IPOPT", "PSO", "Chain", "GaussNewton", "MultiStart", "Recipe", "Stage"), "fit"),
+    **dict.fromkeys(("METHOD_1", "METHOD_2", "METHOD_3"), "papers.gmm.methods"),
 }
 _VERBS = {"fit": "modelgen.fit.fitting", "diagnose": "modelgen.diagnose"}
 

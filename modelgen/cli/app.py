@@ -47,17 +47,20 @@ def fit(
     method: Annotated[
         str,
         typer.Option(
-            help="'gauss-newton', 'pso(40)', 'ipopt', 'ipopt(shooting=20)', 'multistart(20)', "
-            "or a chain 'pso >> ipopt'"
+            help="'gauss-newton', 'pso(40)', 'ipopt', 'multistart(20)', a chain 'pso >> ipopt', "
+            "or 'gmm-1', 'gmm-2', 'gmm-3': Methods 1 to 3 of the GMM paper (with its swarm: 'gmm-3-paper')"
         ),
     ] = "",
     start: Annotated[list[str] | None, typer.Option(help="NAME=VALUE, where to begin")] = None,
     seed: Seed = 0,
+    constrained: Annotated[
+        bool, typer.Option("--constrained", help="keep the model's conditions, such as passivity")
+    ] = False,
 ) -> None:
     """Fit the model's free parameters to the recordings. Ctrl-C keeps the best so far."""
     from modelgen.cli.fitting import fit_case
 
-    fit_case(case, json, method, start or [], seed)
+    fit_case(case, json, method, start or [], seed, constrained)
 
 
 @app.command()

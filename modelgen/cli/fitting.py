@@ -18,13 +18,17 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-def fit_case(path: Path, json: Path | None, method: str, start: Sequence[str], seed: int) -> None:
+def fit_case(
+    path: Path, json: Path | None, method: str, start: Sequence[str], seed: int, constrained: bool = False
+) -> None:
     """Fit, print, and write the JSON."""
     check_output(json)
     chosen, begin = read_method(method), read_start(start)
     model, case = open_case(path)
     with progress_bar(f"fitting {model.id}") as show:
-        result = fit(model, case, chosen, seed, lambda done, best: show(done, f"r·r {best:.6g}"), start=begin)
+        result = fit(
+            model, case, chosen, seed, lambda done, best: show(done, f"r·r {best:.6g}"), begin, constrained
+        )
     if json is not None:
         result.write_json(json)
     print_fit(result, console())

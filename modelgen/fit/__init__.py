@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from modelgen.fit.multistart import MultiStart
     from modelgen.fit.problem import Inequality, Problem
     from modelgen.fit.pso import PSO
+    from modelgen.fit.recipe import Recipe, Stage, run_recipe
     from modelgen.fit.result import Estimate, FitResult, RecordingFit, estimates
     from modelgen.fit.uncertainty import Uncertainty, assess
 
@@ -33,6 +34,9 @@ _HOME = {
     "Profile": "likelihood",
     "profile": "likelihood",
     "PSO": "pso",
+    "Recipe": "recipe",
+    "Stage": "recipe",
+    "run_recipe": "recipe",
     "Estimate": "result",
     "FitResult": "result",
     "RecordingFit": "result",
@@ -55,11 +59,14 @@ __all__ = [
     "Problem",
     "Profile",
     "Reason",
+    "Recipe",
     "RecordingFit",
+    "Stage",
     "Uncertainty",
     "assess",
     "estimates",
     "profile",
+    "run_recipe",
 ]
 
 

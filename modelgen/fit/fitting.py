@@ -9,11 +9,13 @@ from dataclasses import replace
 import numpy as np
 
 from modelgen.errors import InputError, did_you_mean
+from modelgen.fit.conditions import broken, held_values
 from modelgen.fit.experiment import Experiment, experiment
 from modelgen.fit.gauss_newton import GaussNewton
 from modelgen.fit.method import Method, Outcome, Progress, Reason, part
 from modelgen.fit.multistart import MultiStart
 from modelgen.fit.problem import Problem, Vector, wide
+from modelgen.fit.recipe import Recipe, fit_recipe
 from modelgen.fit.result import Estimate, FitResult, RecordingFit, estimates
 from modelgen.fit.series import Array, Series, make_series
 from modelgen.fit.uncertainty import assess
@@ -28,24 +30,30 @@ MISFIT = 1.5  # rms over noise above which a note says that the model leaves som
 def fit(
     model: Model,
     case: Case,
-    method: Method | None = None,
+    method: Method | Recipe | None = None,
     seed: int = 0,
     progress: Progress | None = None,
     start: Mapping[str, float] | None = None,
+    constrained: bool = False,
 ) -> FitResult:
     """Fit the free parameters of `model` to the recordings of role "fit".
 
-    method: an optimiser or a chain; by default Gauss–Newton from the model's start and from a Latin hypercube
-    of others. start: values to begin with, by name. Where [noise] is not stated, its level is taken from how
-    neighbouring samples scatter, and standard deviations follow from the residual. Hold-out recordings are
-    predicted with all shared parameters fixed; only those with a value in each recording (offset, initial
-    state) are refitted on them. Ctrl-C keeps the best point so far.
+    method: an optimiser, a chain, or a recipe of stages; by default Gauss–Newton from the model's start and
+    from a Latin hypercube of others. start: values to begin with, by name. constrained: keep the model's
+    conditions, such as passivity; otherwise a note says which of them the result breaks. Where [noise] is not
+    stated, its level is taken from how neighbouring samples scatter, and standard deviations follow from the
+    residual. Hold-out recordings are predicted with all shared parameters fixed; only those with a value in
+    each recording (offset, initial state) are refitted on them. Ctrl-C keeps the best point so far.
     Raises InputError when nothing is free, the data are fewer than the parameters, or a start makes no sense.
     """
+    if isinstance(method, Recipe):
+        if start:
+            raise InputError(f"{method.name} begins by itself: no start can be given")
+        return fit_recipe(model, case, method, seed, progress, constrained)
     began = time.perf_counter()
     series = [make_series(model, case, r) for r in case.fit]
     ex = experiment(model, case, series)
-    problem = _started(ex.problem(), start)
+    problem = _started(ex.problem(constrained=constrained), start)
     if method is None:
         outcome, says = _thorough(problem, case, seed, progress), "Gauss–Newton from several starts"
     else:
@@ -62,7 +70,7 @@ def fit(
         undetermined=known.undetermined, rms=_by_unit(model, parts), rms_over_noise=over,
         seconds=time.perf_counter() - began, reason=outcome.reason.value, method=says,
         recordings=tuple(_recording(model, *p) for p in parts),
-        notes=_notes(case, outcome, found, over["fit"]),
+        notes=(*_notes(case, outcome, found, over["fit"]), *broken(model, _values(ex, outcome.theta))),
     )  # fmt: skip
 
 
@@ -167,6 +175,11 @@ def _searched(method: Method, problem: Problem, case: Case, seed: int, progress:
 
 def _whitened(ex: Experiment, theta: Vector) -> Sequence[tuple[Series, Array]]:
     return list(zip(ex.series, ex.whitened(theta), strict=True))
+
+
+def _values(ex: Experiment, theta: Vector) -> dict[str, float]:
+    """Every parameter's value in the first recording."""
+    return held_values(ex, 0) | dict(zip(ex.layout.wrt, ex.local(theta, 0).tolist(), strict=True))
 
 
 def _rms(arrays: Sequence[Array]) -> float:

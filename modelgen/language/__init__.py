@@ -29,6 +29,7 @@ from modelgen.language.functions import dahl_step, eddy_factor, gamma, powdiff, 
 from modelgen.language.model import Model, Output, Port, check_name, check_option
 from modelgen.language.quantities import (
     ComplexParameter,
+    Condition,
     Equation,
     Implicit,
     Input,
@@ -48,8 +49,8 @@ from modelgen.language.quantities import (
 j = I
 
 __all__ = [
-    "Abs", "ComplexParameter", "Equation", "I", "Implicit", "Input", "Max", "Min", "Model", "Output",
-    "Parameter", "Piecewise", "Port", "Rational", "State", "Statement", "Symbol", "Symbolic",
+    "Abs", "ComplexParameter", "Condition", "Equation", "I", "Implicit", "Input", "Max", "Min", "Model",
+    "Output", "Parameter", "Piecewise", "Port", "Rational", "State", "Statement", "Symbol", "Symbolic",
     "acceleration_of", "amplitude_of", "arg", "asin", "check_name", "check_option", "complex_parameter",
     "cos", "cosh", "dahl_step", "eddy_factor", "exp", "gamma", "im", "j", "log", "pi", "powdiff",
     "powj", "previous", "quadrature_of", "rate_of", "re", "sign", "sin", "sinh", "sqrt", "tan", "tanh",

@@ -61,6 +61,14 @@ def _expressions(s: Any) -> list[Any]:
 
 def _check_use(model: Model) -> None:
     """Every symbol is declared, and an equation is used only after it stands."""
+    scalars = [p.name for p in model.scalar_parameters]
+    for condition in model.conditions:
+        for symbol in condition.expr.free_symbols:
+            if symbol.name not in scalars:
+                raise InputError(
+                    f"model '{model.id}', condition '{condition.says}': '{symbol.name}' is no parameter"
+                    f"{did_you_mean(symbol.name, scalars)}"
+                )
     states = {s.name for s in model.states}
     known = {i.name for i in model.inputs} | {p.name for p in model.parameters}
     known |= {p.name for p in model.scalar_parameters} | states

@@ -15,6 +15,7 @@ import sympy as sp
 from modelgen.errors import InputError, did_you_mean
 from modelgen.language.quantities import (
     ComplexParameter,
+    Condition,
     Equation,
     Implicit,
     Input,
@@ -86,13 +87,14 @@ class Model:
     source: str = ""
     text: str = ""
     options: tuple[tuple[str, str], ...] = ()
+    conditions: tuple[Condition, ...] = ()
     builder: Callable[..., Model] | None = field(default=None, compare=False, repr=False)
     checked: bool = field(default=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         from modelgen.language.check import check_model
 
-        for key in ("inputs", "parameters", "statements", "outputs", "ports"):
+        for key in ("inputs", "parameters", "statements", "outputs", "ports", "conditions"):
             object.__setattr__(self, key, tuple(getattr(self, key)))
         outputs = tuple(Output(o) if isinstance(o, str) else o for o in self.outputs)
         object.__setattr__(self, "outputs", outputs)

@@ -169,6 +169,21 @@ class Equation(Symbolic):
 
 
 @dataclass(frozen=True)
+class Condition:
+    """What parameters of a real device satisfy, such as passivity: `expr` ≥ 0, an expression in parameters.
+
+    `says` states it in words, without a full stop.
+    """
+
+    says: str
+    expr: Any
+    ref: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "expr", sp.sympify(self.expr))
+
+
+@dataclass(frozen=True)
 class Implicit(Symbolic):
     """`name` is the root of `residual` = 0 (an expression in its own symbol) between `bracket`'s two
     expressions.

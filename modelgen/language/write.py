@@ -18,6 +18,7 @@ from modelgen.language.model import Model, Output, Port, check_name
 from modelgen.language.pyprint import Printer
 from modelgen.language.quantities import (
     ComplexParameter,
+    Condition,
     Equation,
     Implicit,
     Input,
@@ -212,6 +213,7 @@ class _File:
         texts |= {
             "outputs": [self.output(o) for o in m.outputs],
             "ports": [self.port(p, shared) for p in m.ports],
+            "conditions": [self.condition(c) for c in m.conditions],
         }
         fields = [quoted(m.id)]
         fields += [
@@ -221,6 +223,10 @@ class _File:
         lines += [assigned(variable, text) for text, variable in shared.items()]
         body = "".join("    " + f.replace("\n", "\n    ") + ",\n" for f in fields)
         return [*lines, f"{self.name} = {self.use('Model')}(\n{body})"]
+
+    def condition(self, c: Condition) -> str:
+        given = [quoted(c.says), self.printer.doprint(c.expr)]
+        return fill(*self.call("Condition", given, [("ref", quoted(c.ref), not c.ref)]))
 
     def output(self, o: Output) -> str:
         others = [("measured_as", repr(o.measured_as), not o.measured_as)]

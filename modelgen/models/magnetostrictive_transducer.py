@@ -11,6 +11,7 @@ from sympy import Integer
 
 from modelgen.language import (
     Abs,
+    Condition,
     Equation,
     Input,
     Model,
@@ -88,6 +89,13 @@ k_eff2 = Equation(
     "k_eff2", k_M2 * k33_2 * K_G / (K_G + K_spr * (1 - k33_2)), "1", "(13)", "effective coupling, squared"
 )
 
+# The power that the material takes up, −ω/2 (Im μ |H|² + 2 Im d Re(σH̄) + Im S |σ|²), is none below 0
+PASSIVE = (
+    Condition("the permeability is lossy", -mu33.im, "(1)"),
+    Condition("the compliance is lossy", -S33.im, "(1)"),
+    Condition("no power comes from the coupling", mu_0 * mu33.im * S33.im - d33.im**2, "(1)"),
+)
+
 
 def build(eddy: str = "exact", eddy_sign: str = "corrected") -> Model:
     """The transducer with χ by Bessel functions ("exact"), by the series (f < f_c), or χ = 1 ("none").
@@ -117,6 +125,7 @@ def build(eddy: str = "exact", eddy_sign: str = "corrected") -> Model:
         source="GMM paper, eq. 1–13",
         text="transducer with a giant magnetostrictive rod, electrical impedance",
         options=(("eddy", eddy), ("eddy_sign", eddy_sign)),
+        conditions=PASSIVE,
         builder=build,
         checked=True,
     )  # fmt: skip
