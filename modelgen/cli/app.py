@@ -47,8 +47,9 @@ def fit(
     method: Annotated[
         str,
         typer.Option(
-            help="'gauss-newton', 'pso(40)', 'ipopt', 'multistart(20)', a chain 'pso >> ipopt', "
-            "or 'gmm-1', 'gmm-2', 'gmm-3': Methods 1 to 3 of the GMM paper (with its swarm: 'gmm-3-paper')"
+            help="'gauss-newton', 'pso(40)', 'ipopt', 'ipopt(shooting=20)', 'multistart(20)', a chain "
+            "'pso >> ipopt', or 'gmm-1', 'gmm-2', 'gmm-3': Methods 1 to 3 of the GMM paper (with its swarm: "
+            "'gmm-3-paper')"
         ),
     ] = "",
     start: Annotated[list[str] | None, typer.Option(help="NAME=VALUE, where to begin")] = None,

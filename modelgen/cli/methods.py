@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from inspect import signature
 
 from modelgen.errors import InputError, did_you_mean
 from modelgen.fit import IPOPT, PSO, GaussNewton, MultiStart
@@ -12,19 +13,22 @@ from modelgen.fit.recipe import Recipe
 
 METHODS: dict[str, Callable[..., Method]] = {
     "gauss-newton": lambda: GaussNewton(),
-    "ipopt": lambda: IPOPT(),
+    "ipopt": lambda *, shooting=0: IPOPT(shooting=shooting),
     "pso": lambda particles=40: PSO(particles),
     "pso-paper": lambda iterations=300: PSO.paper(iterations),
     "multistart": lambda starts=20: MultiStart(starts=starts),
 }
-_LINK = re.compile(r"\s*([A-Za-z_-]+)\s*(?:\(\s*(\d*)\s*\))?\s*")
+_LINK = re.compile(r"\s*([A-Za-z_-]+)\s*(?:\(\s*(?:(\w+)\s*=\s*)?(\d*)\s*\))?\s*")
 
 
 RECIPES = tuple(f"gmm-{k}{paper}" for paper in ("", "-paper") for k in (1, 2, 3))
 
 
 def read_method(text: str) -> Method | Recipe | None:
-    """The method that `text` names, e.g. "pso(40) >> ipopt" or "gmm-3"; None for "". Raises InputError."""
+    """The method that `text` names, e.g. "pso(40) >> ipopt(shooting=20)" or "gmm-3"; None for "".
+
+    Raises InputError.
+    """
     if text.strip() in RECIPES:
         from modelgen.papers.gmm import methods
 
@@ -38,11 +42,26 @@ def read_method(text: str) -> Method | Recipe | None:
         if not found or name not in METHODS:
             hint = did_you_mean(link, METHODS) or f"; it is one of {', '.join((*METHODS, *RECIPES))}"
             raise InputError(f"--method: unknown method '{link.strip()}'{hint}")
-        if found[2] and name in ("gauss-newton", "ipopt"):
-            raise InputError(f"--method: {name} takes no number, found {link.strip()}")
-        made = METHODS[name](*([int(found[2])] if found[2] else []))
+        made = _made(name, found[2], found[3], link.strip())
         whole = made if whole is None else whole >> made
     return whole
+
+
+def _made(name: str, setting: str | None, number: str | None, link: str) -> Method:
+    """The method called `name` with a number in its brackets, which a setting's name may stand before."""
+    make = METHODS[name]
+    known = signature(make).parameters
+    if setting and setting not in known:
+        hint = did_you_mean(setting, known) or (f"; it has {', '.join(known)}" if known else "; it has none")
+        raise InputError(f"--method: {name} has no setting '{setting}'{hint}")
+    if setting and not number:
+        raise InputError(f"--method: {link}: a whole number is wanted for {setting}")
+    if setting:
+        return make(**{setting: int(number or 0)})
+    if number and not any(p.kind is p.POSITIONAL_OR_KEYWORD for p in known.values()):
+        more = "".join(f", but {name}({p}={number})" for p in known)
+        raise InputError(f"--method: {name} takes no number{more}, found {link}")
+    return make(*([int(number)] if number else []))
 
 
 def _spelled(name: str) -> str:

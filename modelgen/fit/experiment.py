@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from modelgen.fit.problem import Problem
 from modelgen.fit.series import Array, Series, Whitener
 from modelgen.language import Model, Parameter
 from modelgen.recordings import Case
+
+if TYPE_CHECKING:
+    from modelgen.fit.segments import Segments
 
 
 @dataclass(frozen=True)
@@ -181,9 +184,19 @@ class Experiment:
             linearise=lambda t: self.linearised(t, whiteners),
             normal=lambda t: self.normal(t, whiteners),
             objective_batch=self._batch(whiteners),
+            segments=self._segments(whiteners),
             constraints=inequalities(self) if constrained else (),
             n_data=sum(s.data.size for s in self.series),
         )  # fmt: skip
+
+    def _segments(self, whiteners: Sequence[Whitener] | None) -> Callable[[int], Segments] | None:
+        """How the recordings are cut, where the model has states and the noise is independent."""
+        used = whiteners or [s.whitener for s in self.series]
+        if not self.model.states or any(w.root is not None or w.ar is not None for w in used):
+            return None
+        from modelgen.fit.segments import segments
+
+        return lambda count: segments(self, count, whiteners)
 
     def _batch(self, whiteners: Sequence[Whitener] | None) -> Any:
         """Sums of squares of many parameter sets by the fused kernels, where the noise is independent."""

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
 
 from modelgen.errors import InputError
+from modelgen.fit.guard import Guard, callback_class
 from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, at_least
 from modelgen.fit.problem import FLAT, ZERO, Matrix, Normal, Problem, Vector
+from modelgen.fit.shooting import shoot
 
 PASSES = 6  # the objective's scale is renewed when a pass has brought it down by more than DROP
 DROP = 3.0
@@ -41,15 +38,20 @@ class IPOPT(Method):
     "limited-memory" builds one from gradients and is slow or fails on stiff problems. The variable is affine,
     x = (θ − start)/width (see Problem.width), and the objective ½ r·r is divided by its value at the start,
     again after each pass that has lowered it much: so `tol`, on the gradient of that, is free of units.
+
+    shooting: for models with states, begin by multiple shooting in this many segments of each recording
+    (Bock 1983), whose initial states are unknowns as well; 0 for none. It finds its way from starts at which
+    the model, run through, leaves the data or blows up. The uncut problem then has the last word.
     """
 
     hessian: Literal["gauss-newton", "exact", "limited-memory"] = "gauss-newton"
     max_iter: int = 500
     tol: float = 1e-9
+    shooting: int = 0
 
     def __post_init__(self) -> None:
         at_least(1, max_iter=self.max_iter)
-        at_least(0, tol=self.tol)
+        at_least(0, tol=self.tol, shooting=self.shooting)
         if self.hessian not in ("gauss-newton", "exact", "limited-memory"):
             raise InputError(
                 f"hessian '{self.hessian}': 'gauss-newton', 'exact' or 'limited-memory' is wanted"
@@ -57,11 +59,14 @@ class IPOPT(Method):
 
     @property
     def text(self) -> str:
-        return f"IPOPT ({self.hessian} Hessian)"
+        cut = f", multiple shooting in {self.shooting} segments" if self.shooting else ""
+        return f"IPOPT ({self.hessian} Hessian{cut})"
 
     def _search(self, problem: Problem, start: Vector, watch: Watch, seed: Seed) -> Outcome:
         if self.hessian == "exact" and problem.hessian is None:
             raise InputError("IPOPT(hessian='exact'): this problem has no exact Hessian; use 'gauss-newton'")
+        if self.shooting:
+            start = self._shot(problem, start, watch)
         f = watch.normal_equations(start)[0]
         if not np.isfinite(f):
             return watch.outcome(Reason.NOT_FINITE)
@@ -90,6 +95,18 @@ class IPOPT(Method):
                 theta, f = watch.theta, min(f, watch.value)
         return watch.outcome(reason)
 
+    def _shot(self, problem: Problem, start: Vector, watch: Watch) -> Vector:
+        """The best θ that multiple shooting comes upon."""
+        if problem.segments is None:
+            raise InputError(
+                f"IPOPT(shooting={self.shooting}): recordings are cut into segments only for a model with "
+                "states, and where the noise is independent from sample to sample"
+            )
+        watch.values(start[None, :])
+        cut = problem.segments(self.shooting)
+        shoot(problem, cut, start, watch, self.max_iter, self._options(False, self.max_iter))
+        return watch.theta
+
     def _pass(self, scaled: _Scaled, warm: bool) -> tuple[str, Vector]:
         """One run of the solver, from x = 0: its status, and θ at its end."""
         import casadi as ca
@@ -97,7 +114,7 @@ class IPOPT(Method):
         p, m = scaled.center.size, len(scaled.problem.constraints)
         one, dense, none = (ca.Sparsity.dense(k, 1) for k in (1, p, 0))
         g, jac = ca.Sparsity.dense(m, 1), ca.Sparsity.dense(m, p)
-        callback = _callback_class()
+        callback = callback_class()
         x = ca.MX.sym("x", p)
         f = callback("f", scaled.objective, {"x": dense}, {"f": one})
         grad_f = callback("grad_f", scaled.gradient, {"x": dense, "p": none}, {"f": one, "grad_f_x": dense})
@@ -115,9 +132,8 @@ class IPOPT(Method):
                 "hess_lag", curvature, {"x": dense, "p": none, "lam_f": one, "lam_g": g},
                 {"triu_hess_gamma_x_x": ca.Sparsity.upper(p)},
             )  # fmt: skip
-        solver = ca.nlpsol(
-            "fit", "ipopt", nlp, options | self._options(warm, self.max_iter - scaled.watch.iterations)
-        )
+        left = max(1, self.max_iter - scaled.watch.iterations)
+        solver = ca.nlpsol("fit", "ipopt", nlp, options | self._options(warm, left))
         found = solver(
             x0=np.zeros(p), lbx=scaled.low, ubx=scaled.high, lbg=np.zeros(m), ubg=np.full(m, np.inf)
         )
@@ -143,12 +159,13 @@ class IPOPT(Method):
         }  # fmt: skip
 
 
-class _Scaled:
+class _Scaled(Guard):
     """The problem in IPOPT's variable x = (θ − center)/width; each point is evaluated once for all."""
 
     def __init__(
         self, problem: Problem, watch: Watch, center: Vector, f_center: float, damping: float, max_iter: int
     ) -> None:
+        super().__init__()
         self.problem, self.watch, self.center, self.max_iter = problem, watch, center, max_iter
         self.damping = damping
         self.width, self.factor = problem.width, 1 / f_center
@@ -156,41 +173,12 @@ class _Scaled:
         # a condition's own unit is arbitrary: its slope at the center sets the scale
         slopes = [np.linalg.norm(g.gradient(center) * self.width) for g in problem.constraints]
         self.condition_scale = np.array([1 / slope if slope > 0 else 1.0 for slope in slopes])
-        self.raised: BaseException | None = None
-        self._in_model = False
         self._at: tuple[bytes, Normal] | None = None
 
     def theta(self, x: Any) -> Vector:
         """θ (p,) for CasADi's x, kept within the bounds against rounding."""
         theta = self.center + self.width * np.asarray(x, dtype=float).ravel()
         return np.clip(theta, self.problem.lower, self.problem.upper)
-
-    @contextmanager
-    def kept_together(self) -> Iterator[None]:
-        """Let nothing that is raised cross the solver's frames: raise it at the end.
-
-        Ctrl-C inside the model is such an exception; while the solver itself works it only leaves a note, as
-        CasADi would take it for a failure of the solver.
-        """
-
-        def interrupted(*_: Any) -> None:
-            if self._in_model:
-                raise KeyboardInterrupt
-            self.raised = KeyboardInterrupt()
-
-        ours = (
-            threading.current_thread() is threading.main_thread()
-            and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-        )
-        if ours:
-            signal.signal(signal.SIGINT, interrupted)
-        try:
-            yield
-        finally:
-            if ours:
-                signal.signal(signal.SIGINT, signal.default_int_handler)
-            if self.raised is not None:
-                raise self.raised
 
     def objective(self, x: Any) -> list[Any]:
         return [0.5 * self.factor * self._normal(x)[0]]
@@ -206,33 +194,17 @@ class _Scaled:
 
     def exact_hessian(self, x: Any, _: Any, lam_f: Any, _lam_g: Any) -> list[Any]:
         assert self.problem.hessian is not None
-        return [self._triangle(float(lam_f) * self._ask(self.problem.hessian, self.theta(x)))]
+        return [self._triangle(float(lam_f) * self.ask(self.problem.hessian, self.theta(x)))]
 
     def conditions(self, x: Any) -> list[Any]:
         theta = self.theta(x)
-        values = [self._ask(g.value, theta) for g in self.problem.constraints]
+        values = [self.ask(g.value, theta) for g in self.problem.constraints]
         return [np.array(values) * self.condition_scale]
 
     def condition_slopes(self, x: Any, _: Any) -> list[Any]:
         theta = self.theta(x)
-        rows = np.array([self._ask(g.gradient, theta) * self.width for g in self.problem.constraints])
+        rows = np.array([self.ask(g.gradient, theta) * self.width for g in self.problem.constraints])
         return [*self.conditions(x), rows * self.condition_scale[:, None]]
-
-    def guarded(self, function: Callable[..., list[Any]], arguments: Sequence[Any]) -> list[Any] | None:
-        """Call `function`; keep what it raises, and from then on give nothing."""
-        try:
-            if self.raised is None:
-                return function(*arguments)
-        except BaseException as why:
-            self.raised = why
-        return None
-
-    def _ask(self, function: Callable[[Vector], Any], theta: Vector) -> Any:
-        self._in_model = True
-        try:
-            return function(theta)
-        finally:
-            self._in_model = False
 
     def _triangle(self, hessian: Matrix) -> Any:
         import casadi as ca
@@ -243,42 +215,5 @@ class _Scaled:
         theta = self.theta(x)
         key = theta.tobytes()
         if self._at is None or self._at[0] != key:
-            self._at = key, self._ask(self.watch.normal_equations, theta)
+            self._at = key, self.ask(self.watch.normal_equations, theta)
         return self._at[1]
-
-
-@lru_cache(1)
-def _callback_class() -> Any:
-    """A CasADi function (name, method of a `_Scaled`, inputs, outputs), made once CasADi is loaded."""
-    import casadi as ca
-
-    class Callback(ca.Callback):
-        def __init__(self, name: str, function: Any, inputs: dict[str, Any], outputs: dict[str, Any]) -> None:
-            super().__init__()
-            self.function, self.inputs, self.outputs = function, list(inputs.items()), list(outputs.items())
-            self.construct(name, {})
-
-        def get_n_in(self) -> int:
-            return len(self.inputs)
-
-        def get_n_out(self) -> int:
-            return len(self.outputs)
-
-        def get_name_in(self, i: int) -> str:
-            return self.inputs[i][0]
-
-        def get_name_out(self, i: int) -> str:
-            return self.outputs[i][0]
-
-        def get_sparsity_in(self, i: int) -> Any:
-            return self.inputs[i][1]
-
-        def get_sparsity_out(self, i: int) -> Any:
-            return self.outputs[i][1]
-
-        def eval(self, arguments: Sequence[Any]) -> list[Any]:
-            answer = self.function.__self__.guarded(self.function, arguments)
-            # zeros look like an optimum: the solver stops there without a complaint
-            return [ca.DM(shape, 0.0) for _, shape in self.outputs] if answer is None else answer
-
-    return Callback

@@ -8,11 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from modelgen.errors import InputError
+
+if TYPE_CHECKING:
+    from modelgen.fit.segments import Segments
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -41,7 +45,8 @@ class Problem:
     of the bounds (the geometric one where they are positive and more than two decades apart).
     residual: θ → r (n,), whitened and real. The rest is optional, and `provides` names what is there:
     linearise: θ → r, J = ∂r/∂θ (n, p).  normal: θ → r·r, Jᵀr, JᵀJ.  objective_batch: (m, p) → (m,) sums r·r.
-    hessian: θ → Hessian of ½ r·r (p, p).  constraints: conditions g(θ) ≥ 0.
+    hessian: θ → Hessian of ½ r·r (p, p).  segments: m → the recordings of a time model, cut into m each.
+    constraints: conditions g(θ) ≥ 0.
     Values that are not finite count as +inf. Raises InputError, which names the parameter.
     """
 
@@ -55,6 +60,7 @@ class Problem:
     normal: Callable[[Vector], Normal] | None = None
     objective_batch: Callable[[Matrix], Vector] | None = None
     hessian: Callable[[Vector], Matrix] | None = None
+    segments: Callable[[int], Segments] | None = None
     constraints: tuple[Inequality, ...] = ()
     _: KW_ONLY
     n_data: int
@@ -82,7 +88,7 @@ class Problem:
     @property
     def provides(self) -> frozenset[str]:
         """Which of the optional routes are there, by name."""
-        routes = ("linearise", "normal", "objective_batch", "hessian")
+        routes = ("linearise", "normal", "objective_batch", "hessian", "segments")
         return frozenset(["residual", *(name for name in routes if getattr(self, name) is not None)])
 
     @cached_property
@@ -201,6 +207,7 @@ class Problem:
             normal=normal if self.normal is not None else None,
             objective_batch=batch and (lambda rest: batch(whole(rest))),
             hessian=hessian and (lambda rest: hessian(whole(rest))[np.ix_(keep, keep)]),
+            segments=None,
             constraints=tuple(map(hold, self.constraints)),
         )
 
