@@ -20,8 +20,10 @@ if TYPE_CHECKING:
     from modelgen.api import open_case, read_case
     from modelgen.codegen import build
     from modelgen.fit import IPOPT, PSO, Chain, GaussNewton, MultiStart, Recipe, Stage
+    from modelgen.fit.modal import fit_modes
     from modelgen.language import Model
     from modelgen.papers.gmm.methods import METHOD_1, METHOD_2, METHOD_3
+    from modelgen.recordings.frf import read_frf
 
 __version__ = "0.1.0"
 
@@ -44,9 +46,11 @@ __all__ = [
     "build",
     "diagnose",
     "fit",
+    "fit_modes",
     "models",
     "open_case",
     "read_case",
+    "read_frf",
 ]
 
 _HOME = {
@@ -54,6 +58,8 @@ _HOME = {
     "Model": "language",
     "read_case": "api",
     "open_case": "api",
+    "fit_modes": "fit.modal",
+    "read_frf": "recordings.frf",
     **dict.fromkeys(("IPOPT", "PSO", "Chain", "GaussNewton", "MultiStart", "Recipe", "Stage"), "fit"),
     **dict.fromkeys(("METHOD_1", "METHOD_2", "METHOD_3"), "papers.gmm.methods"),
 }

@@ -92,6 +92,27 @@ def export(
 
 
 @app.command()
+def modal(
+    frf: Annotated[
+        Path, typer.Argument(metavar="FRF.csv", help="f [Hz] and responses: Re H, Im H or |H|, phase H")
+    ],
+    json: Json = None,
+    low: Annotated[float, typer.Option("--from", help="lowest frequency that is used [Hz]")] = 0.0,
+    high: Annotated[float, typer.Option("--to", help="highest [Hz]")] = float("inf"),
+    modes: Annotated[
+        int | None, typer.Option(help="keep so many, the strongest; by default all that are stable")
+    ] = None,
+    mass: Annotated[
+        float | None, typer.Option(help="say the viscous damping 2ξMω of this mass, too [kg]")
+    ] = None,
+) -> None:
+    """Natural frequencies and damping ratios, with uncertainties, from measured frequency responses."""
+    from modelgen.cli.modal import modal_case
+
+    modal_case(frf, json, low, high, modes, mass)
+
+
+@app.command()
 def reproduce(
     paper: Annotated[list[str] | None, typer.Argument(metavar="[PAPER]...", help="gmm, mre; both")] = None,
     json: Json = None,
