@@ -63,7 +63,7 @@ def test_no_resonance_and_too_few_samples_are_said() -> None:
     with pytest.raises(InputError, match="at least 8"):
         fit_modes(bar(np.linspace(1590.0, 1610.0, 5)))
     noisy = Frf(f, rng.standard_normal((1, 200)) + 1j * rng.standard_normal((1, 200)), ("H",), ("1",))
-    with pytest.raises(InputError, match="no resonance|modes are wanted"):
+    with pytest.raises(InputError, match=r"no resonance|modes are wanted"):
         fit_modes(noisy, 3)
 
 
