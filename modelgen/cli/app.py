@@ -81,14 +81,19 @@ def diagnose(
 
 @app.command()
 def export(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help=MODEL)],
+    models: Annotated[list[str], typer.Argument(metavar="MODEL...", help=MODEL)],
     target: Annotated[str, typer.Option(help="what to write: c99")] = "c99",
     out: Annotated[Path | None, typer.Option(help="folder, by default export/MODEL")] = None,
+    real: Annotated[str, typer.Option(help="precision of the C: double or float")] = "double",
+    name: Annotated[str, typer.Option(help="prefix of the C's names, by default the model's")] = "",
+    fix: Annotated[list[str] | None, typer.Option(help="NAME=VALUE, a number instead of a parameter")] = None,
+    range: Annotated[list[str] | None, typer.Option(help="NAME=LOW:HIGH, where inputs are tested")] = None,
 ) -> None:
-    """Write a model for use elsewhere, such as in a controller."""
-    from modelgen.cli.building import export_model
+    """Write models for use elsewhere, such as in a controller: C, self-test, and a measured datasheet."""
+    from modelgen.cli.building import export_models
+    from modelgen.export.c99 import Settings
 
-    export_model(model, target, out)
+    export_models(models, target, out, Settings(real, name, fix or [], range or []))
 
 
 @app.command()

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from modelgen.cli.console import check_output, console, table
 from modelgen.codegen import build, generate
-from modelgen.codegen.export import export
 from modelgen.errors import InputError
+from modelgen.export import export
+from modelgen.export.c99 import Settings
 from modelgen.language import Model
 from modelgen.models import SHIPPED, load
 
@@ -30,13 +31,17 @@ def build_models(specs: Sequence[str], out: Path) -> None:
     to.print(f"C of {len(models)} model{'s' * (len(models) > 1)} in {out}")
 
 
-def export_model(spec: str, target: str, out: Path | None) -> None:
-    """Write a model for `target` and say which files there are."""
-    model = load(spec)
-    folder = out or Path("export") / model.id
+def export_models(specs: Sequence[str], target: str, out: Path | None, settings: Settings) -> None:
+    """Write models for `target`, all into one folder, and say which files there are."""
+    models = [load(spec) for spec in specs]
+    _check_ids(models)
+    if settings.name and len(models) > 1:
+        raise InputError(f"--name {settings.name} is one name, and there are {len(models)} models")
+    folder = out or Path("export") / models[0].id
     check_output(folder, folder=True)
     to = console()
-    for path in export(model, target, folder):
+    files = dict.fromkeys(path for m in models for path in export(m, target, folder, settings))
+    for path in files:
         to.print(str(path), soft_wrap=True)
 
 

@@ -26,7 +26,7 @@ RESERVED = frozenset((
     "nan", "inf", "q", "set", "sum", "normal", "x", "lo", "hi", "at", "newton", "inside", "next", "before",
     "sign", "residual", "slope", "cbrt", "exp2", "log2", "log10", "asinh", "acosh", "atanh", "erfc",
     "nearbyint", "fdim", "copysign", "isnan", "isinf", "isfinite", "signbit", "fpclassify", "HUGE_VAL",
-    "errno", "linux", "unix", "asm",
+    "errno", "linux", "unix", "asm", "state", "tangent", "status",
 ))  # fmt: skip
 
 
@@ -130,6 +130,9 @@ class Printer:
         if node.op == "neg":
             a, la = self._expression(node.args[0])
             return f"-{a}" if la >= ATOM else f"-({a})", 8
+        if node.op == "sel":
+            a, b = self.value(node.args[1]), self.value(node.args[2])
+            return f"{self._truth(node.args[0])} ? {a} : {b}", 2
         if node.op == "ifz":
             return f"{self._truth(node.args[0])} ? {self.value(node.args[1])} : 0.0", 2
         if node.op in RELATION or node.op == "not":

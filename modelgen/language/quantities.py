@@ -111,13 +111,14 @@ class Input(Symbolic):
 
     `derived` = (kind, input) marks one that is computed from another recorded input when it is not given:
     "previous" (value at the sample before), "rate", "acceleration", "turning" (extreme value inside the
-    step).
+    step). `range` is where its source used it: what an exported model is tested over.
     """
 
     name: str
     unit: str = "1"
     text: str = ""
     derived: tuple[str, str] | None = None
+    range: tuple[float, float] | None = None
 
 
 def previous(x: Input) -> Input:

@@ -120,6 +120,7 @@ class _File:
             return self.call(function, [self.variable[of], *map(quoted, others)])
         return self.call("Input", [quoted(i.name), quoted(i.unit)], [
             ("text", quoted(i.text), not i.text), ("derived", repr(i.derived), i.derived is None),
+            ("range", repr(i.range), i.range is None),
         ])  # fmt: skip
 
     def parameter(self, p: Parameter | ComplexParameter) -> Call:

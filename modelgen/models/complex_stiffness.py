@@ -33,7 +33,7 @@ from modelgen.language import (
 TABLE_4 = "MRE paper, Table 4, stage 4, case M0"
 ANY = float("inf")
 
-f = Input("f", "Hz", "frequency")
+f = Input("f", "Hz", "frequency", range=(0.1, 10.0))
 
 k_D = Parameter("k_D", "N/mm", 0.3834, (0.0, ANY), "stiffness, searched from 0 to 1.2", TABLE_4)
 c_D = Parameter("c_D", "N*s/mm", 0.0912, (0.0, ANY), "damping, searched from 0 to 1.8", TABLE_4)

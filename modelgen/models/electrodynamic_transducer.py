@@ -4,7 +4,7 @@ from modelgen.language import Equation, Input, Model, Output, Parameter, Port, j
 
 TEXTBOOK = "L. L. Beranek, Acoustics, ch. 3; R. H. Small, JAES 20 (1972) 383"
 
-f = Input("f", "Hz", "frequency")
+f = Input("f", "Hz", "frequency", range=(10.0, 2e4))
 
 R_e = Parameter("R_e", "ohm", 6.0, (1e-3, 1e4), "resistance of the coil", TEXTBOOK)
 L_e = Parameter("L_e", "H", 5e-4, (1e-9, 10.0), "inductance of the blocked coil", TEXTBOOK)

@@ -32,7 +32,7 @@ ROD = "GMM paper, sec. 2.2"
 TABLE_7 = "GMM paper, Table 7"
 ASSUMED = "assumed, not in the paper: resonance near its 1600 Hz"
 
-f = Input("f", "Hz", "frequency")
+f = Input("f", "Hz", "frequency", range=(100.0, 1e4))
 
 # Any material of this kind; the paper searches μ' 2 to 3, S' 1e-12 to 1e-10, d' 5e-10 to 5e-9 (Table 7).
 mu33 = complex_parameter(

@@ -31,7 +31,7 @@ TABLE_4 = "MRE paper, Table 4, stage 4, case M0"
 ANY = float("inf")
 
 t = Input("t", "s", "time")
-z = Input("z", "mm", "displacement")
+z = Input("z", "mm", "displacement", range=(-3.0, 3.0))
 t_prev, z_prev, z_turn = previous(t), previous(z), turning_point_of(z)
 v = rate_of(z, "v", "mm/s")
 a = acceleration_of(z, "a", "mm/s**2")

@@ -1,0 +1,155 @@
+"""From a recording's sample to a controller's: what looks back or is fixed is replaced, and the rest gets
+simpler."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from modelgen.codegen.program import Program, Sample
+from modelgen.codegen.real import Graph, Node
+from modelgen.codegen.split import Pair
+from modelgen.language import Model
+
+STEP = "dt"
+"""The input that a model's clock becomes when all that counts is the time since the sample before."""
+
+
+@dataclass(frozen=True)
+class Places:
+    """What stands for an input or a parameter: another input's name, or a number; `clock` is (t, t_prev)."""
+
+    names: Mapping[str, str | float]
+    clock: tuple[str, str] | None = None
+
+
+def at_step(model: Model, fixed: Mapping[str, float]) -> Places:
+    """At a later sample the turning point is the value before: who knows one steps to it, then from it."""
+    before = {i.derived[1]: i.name for i in model.inputs if i.derived and i.derived[0] == "previous"}
+    turns = {
+        i.name: before[i.derived[1]]
+        for i in model.inputs
+        if i.derived and i.derived[0] == "turning" and i.derived[1] in before
+    }
+    clock = (model.axis, before[model.axis]) if model.axis in before else None
+    return Places({**fixed, **turns}, clock)
+
+
+def at_start(model: Model, fixed: Mapping[str, float]) -> Places:
+    """At the first sample, what looks back sees the sample itself."""
+    backward = ("previous", "turning")
+    own = {i.name: i.derived[1] for i in model.inputs if i.derived and i.derived[0] in backward}
+    return Places({**fixed, **own})
+
+
+def rewrite(sample: Sample, places: Places) -> Sample:
+    """`sample` in a new graph with `places` filled in; the clock stays where its difference is not enough."""
+    if places.clock:
+        new = _rewrite(sample, places)
+        if places.clock[1] not in inputs_of(new):
+            return new
+    return _rewrite(sample, Places(places.names))
+
+
+def roots_of(sample: Sample) -> list[int]:
+    """All nodes that a sample gives."""
+    pairs = [*sample.equations.values(), *(d for row in sample.jacobian.values() for d in row)]
+    parts = [x for pair in pairs for x in pair if x is not None]
+    return [*parts, *sample.states.values(), *sample.sensitivities.values()]
+
+
+def inputs_of(sample: Sample, roots: list[int] | None = None) -> set[str]:
+    """Names of the inputs, parameters and states that `roots` (by default all results) need."""
+    nodes = sample.graph.nodes
+    need = sample.graph.needed(roots_of(sample) if roots is None else roots)
+    return {str(nodes[at].data) for at in need if nodes[at].op == "in"}
+
+
+def only(program: Program, sample: Sample, equations: tuple[str, ...]) -> Sample:
+    """`sample` without the equations that nobody asked for."""
+    return Sample(
+        sample.graph,
+        {n: sample.equations[n] for n in equations},
+        {n: sample.jacobian[n] for n in program.outputs},
+        sample.states,
+        sample.sensitivities,
+    )
+
+
+def _rewrite(sample: Sample, places: Places) -> Sample:
+    graph, new = Graph(), dict[int, int]()
+    for at in sample.graph.needed(roots_of(sample)):
+        new[at] = _node(graph, sample.graph, at, new, places)
+        if at in sample.graph.labels:
+            graph.label(new[at], *sample.graph.labels[at])
+
+    def pair(p: Pair) -> Pair:
+        return (None if p[0] is None else new[p[0]], None if p[1] is None else new[p[1]])
+
+    return Sample(
+        graph,
+        {n: pair(p) for n, p in sample.equations.items()},
+        {n: tuple(pair(d) for d in row) for n, row in sample.jacobian.items()},
+        {n: new[at] for n, at in sample.states.items()},
+        {key: new[at] for key, at in sample.sensitivities.items()},
+    )
+
+
+def _node(graph: Graph, old: Graph, at: int, new: dict[int, int], places: Places) -> int:
+    node = old.nodes[at]
+    args = [new[a] for a in node.args]
+    if node.op == "const":
+        return graph.const(float(node.data))
+    if node.op == "in":
+        place = places.names.get(str(node.data), str(node.data))
+        return graph.input(place) if isinstance(place, str) else graph.const(place)
+    if node.op == "call":
+        return _call(graph, str(node.data), args)
+    if len(args) == 1:
+        return graph.unary(node.op, args[0])
+    if node.op == "sub":
+        return _difference(graph, args[0], args[1], places.clock)
+    if node.op == "add":
+        return _choice(graph, *args)
+    return graph.binary(node.op, *args)
+
+
+def _difference(graph: Graph, a: int, b: int, clock: tuple[str, str] | None) -> int:
+    """a − b; of the clock's two readings, the step; 1 − (1 − x) is x."""
+    names = tuple(str(graph.nodes[x].data) if graph.nodes[x].op == "in" else "" for x in (a, b))
+    if clock and names == clock:
+        return graph.input(STEP)
+    if clock and names == clock[::-1]:
+        return graph.unary("neg", graph.input(STEP))
+    inner = graph.nodes[b]
+    if inner.op == "sub" and inner.args[0] == a and graph.value(a) is not None:
+        return inner.args[1]
+    return graph.binary("sub", a, b)
+
+
+def _choice(graph: Graph, a: int, b: int) -> int:
+    """a + b; (c ? x : 0) + (!c ? y : 0) is c ? x : y."""
+    na, nb = graph.nodes[a], graph.nodes[b]
+    if na.op == nb.op == "ifz":
+        for this, other in ((na, nb), (nb, na)):
+            condition = graph.nodes[other.args[0]]
+            if condition.op == "not" and condition.args[0] == this.args[0]:
+                return graph._put(Node("sel", (this.args[0], this.args[1], other.args[1])))
+    return graph.binary("add", a, b)
+
+
+def _call(graph: Graph, function: str, args: list[int]) -> int:
+    """A call; the Dahl step over no displacement, and of exponent 1, needs none (MRE paper, eq. 8 and 9)."""
+    if not function.startswith("mg_dahl_step"):
+        return graph.call(function, *args)
+    u, x, b = args
+    kind = function.removeprefix("mg_dahl_step")
+    if graph.value(x) == 0.0 and kind in ("", "_u", "_b"):
+        return {"": u, "_u": graph.const(1.0), "_b": graph.const(0.0)}[kind]
+    if graph.value(b) == 1.0 and kind in ("", "_u", "_x"):
+        decay = graph.unary("exp", graph.unary("neg", x))
+        if kind == "_u":
+            return decay
+        end = graph.binary("mul", u, decay)
+        return end if kind == "" else graph.unary("neg", end)
+    return graph.call(function, *args)

@@ -1,0 +1,316 @@
+"""What a controller gets of a model: structs of parameters, inputs, states and outputs, and functions on
+them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from modelgen.codegen.build import default_wrt
+from modelgen.codegen.ctext import RESERVED, Printer, c_name, comment
+from modelgen.codegen.program import Program, Sample, build_program, sensitivity
+from modelgen.codegen.real import operations
+from modelgen.codegen.split import Pair
+from modelgen.errors import InputError
+from modelgen.export.floats import MATH
+from modelgen.export.rewrite import STEP, at_start, at_step, inputs_of, only, rewrite
+from modelgen.language import Model
+
+KEYWORDS = frozenset((
+    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern",
+    "float", "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short",
+    "signed", "sizeof", "static", "struct", "switch", "typedef", "union", "unsigned", "void", "volatile",
+    "while", "errno", "linux", "unix", "asm", "NULL", "EOF", "NAN", "INFINITY", "HUGE_VAL", "bool", "true",
+    "false", "class", "template", "this", "new", "delete", "private", "public", "operator", "namespace",
+    "signgam", "isnan", "isinf", "isfinite", "signbit", "fpclassify",
+))  # fmt: skip
+assert "state" in RESERVED and "tangent" in RESERVED, "pointers of the functions below"
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A member of a struct: the model's `name` for it, its `member` in C, and what it is."""
+
+    name: str
+    member: str
+    unit: str = ""
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Routine:
+    """A C function: its name after the prefix, what it does, arguments and body; `operations` a call."""
+
+    name: str
+    says: str
+    arguments: str
+    body: tuple[str, ...]
+    operations: int
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A model as C for a controller. `rows` × `columns` is its Jacobian; no `states`: nothing to remember."""
+
+    model: Model
+    program: Program
+    prefix: str
+    fixed: tuple[tuple[str, float], ...]
+    parameters: tuple[Slot, ...]
+    inputs: tuple[Slot, ...]
+    states: tuple[Slot, ...]
+    tangents: tuple[Slot, ...]
+    outputs: tuple[Slot, ...]
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+    routines: tuple[Routine, ...]
+
+    @property
+    def steps(self) -> bool:
+        """Whether samples must be given in order."""
+        return bool(self.states)
+
+
+def make_unit(
+    model: Model,
+    fixed: Mapping[str, float] | None = None,
+    wrt: Sequence[str] | None = None,
+    prefix: str = "",
+) -> Unit:
+    """Lower `model` for a controller; parameters in `fixed` become numbers in the code.
+
+    Raises InputError when a name in `fixed` is no parameter or no free one is left for the Jacobian.
+    """
+    fixed = dict(fixed or {})
+    for name in fixed:
+        model.parameter(name)
+    columns = tuple(n for n in (default_wrt(model) if wrt is None else wrt) if n not in fixed)
+    columns = columns or tuple(p.name for p in model.scalar_parameters if p.name not in fixed)
+    program = build_program(model, columns)
+    outputs = tuple(o.name for o in model.outputs)
+    step = rewrite(only(program, program.step, outputs), at_step(model, fixed))
+    first = rewrite(only(program, program.first or program.step, outputs), at_start(model, fixed))
+    maker = _Maker(model, program, step, first, prefix or c_name(model.id), fixed)
+    return maker.unit()
+
+
+def parse_fixed(model: Model, given: Sequence[str]) -> dict[str, float]:
+    """NAME=VALUE texts as numbers. Raises InputError in one line."""
+    found = {}
+    for text in given:
+        name, _, value = text.partition("=")
+        try:
+            found[model.parameter(name.strip()).name] = float(value)
+        except ValueError:
+            raise InputError(f"--fix {text}: '{value}' is not a number; wanted NAME=VALUE") from None
+    return found
+
+
+def member(name: str) -> str:
+    """A name of the model as a struct's member; only C's own words and macros are avoided."""
+    base = name.rstrip("_")
+    return f"{name}_" if base in KEYWORDS or base in MATH else name
+
+
+class _Maker:
+    """Collects the slots of a unit, then prints its functions."""
+
+    def __init__(
+        self,
+        model: Model,
+        program: Program,
+        step: Sample,
+        first: Sample,
+        prefix: str,
+        fixed: dict[str, float],
+    ) -> None:
+        self.model, self.program, self.step, self.first = model, program, step, first
+        self.prefix, self.fixed = prefix, fixed
+        needed = inputs_of(step)
+        self.previous = {
+            i.name: i.derived[1]
+            for i in model.inputs
+            if i.derived and i.derived[0] == "previous" and i.name in needed
+        }
+        self.steps = bool(model.states or self.previous)
+        if self.steps:
+            needed |= inputs_of(first)
+        self.needed = needed | set(self.previous.values())
+
+    def unit(self) -> Unit:
+        parameters = tuple(
+            Slot(p.name, member(p.name), comment(p.unit), comment(p.text))
+            for p in self.model.scalar_parameters
+            if p.name not in self.fixed and p.name in self.needed
+        )
+        self.parameters = parameters
+        self.inputs = self._inputs()
+        self.states = tuple(
+            Slot(s.name, member(s.name), comment(s.unit), comment(f"{s.ref} {s.text}".strip()))
+            for s in self.model.states
+        ) + tuple(
+            Slot(n, member(n), comment(i.unit), comment(i.text))
+            for i in self.model.inputs
+            for n in [i.name]
+            if n in self.previous
+        )
+        self.tangents = tuple(
+            Slot(sensitivity(n, d), f"d_{n}_{self._direction(d)}") for n, d in self.step.sensitivities
+        )
+        self.outputs = tuple(s for o in self.model.outputs for s in self._output(o.name))
+        rows = tuple(s.name for o in self.program.outputs for s in self._output(o))
+        return Unit(
+            self.model, self.program, self.prefix, tuple(self.fixed.items()), parameters, self.inputs,
+            self.states, self.tangents, self.outputs, rows, self.program.wrt, self._routines(),
+        )  # fmt: skip
+
+    def _direction(self, d: int) -> str:
+        """Sensitivities go by directions, which the program numbers as its columns, complex ones after."""
+        wrt = self.program.wrt
+        return wrt[d] if d < len(wrt) else f"direction_{d}"
+
+    def _inputs(self) -> tuple[Slot, ...]:
+        found = [
+            Slot(i.name, member(i.name), comment(i.unit), comment(i.text))
+            for i in self.model.inputs
+            if i.name in self.needed and i.name not in self.previous
+        ]
+        if STEP in self.needed:
+            clock = self.model.inputs[0]
+            found.insert(0, Slot(STEP, STEP, comment(clock.unit), "time since the sample before"))
+        return tuple(found)
+
+    def _output(self, name: str) -> list[Slot]:
+        statement, pair = self.model[name], self.step.equations[name]
+        unit, says = comment(statement.unit), comment(f"{statement.ref} {statement.text}".strip())
+        if pair[1] is None:
+            return [Slot(name, member(name), unit, says)]
+        return [Slot(f"{name}_{p}", member(f"{name}_{p}"), unit, says) for p in ("re", "im")]
+
+    # -- functions
+
+    def _routines(self) -> tuple[Routine, ...]:
+        kinds = [
+            ("start", "First sample: sets the state", self.first, False),
+            ("step", "Next sample: advances the state", self.step, False),
+            ("start_jacobian", "First sample, with derivatives by parameters", self.first, True),
+            ("step_jacobian", "Next sample, with derivatives by parameters", self.step, True),
+        ]
+        if not self.steps:
+            kinds = [
+                ("evaluate", "Outputs at one sample", self.step, False),
+                ("jacobian", "Outputs and their derivatives by parameters", self.step, True),
+            ]
+        return tuple(self._routine(*k) for k in kinds if self.program.wrt or not k[3])
+
+    def _routine(self, name: str, says: str, sample: Sample, jacobian: bool) -> Routine:
+        starts = name.startswith("start")
+        results = _results(sample, self.program, self.outputs_of(sample), jacobian)
+        roots = list(results.all())
+        need = sample.graph.needed(roots)
+        printer = Printer(sample.graph)
+        body = self._loads(printer, need, starts)
+        body += printer.lines(need, roots)
+        kept = [f"state->{s.member} = " for s in self.states]
+        values = [printer.value(at) for at in results.states]
+        values += [printer.value(sample.graph.input(of)) for of in self.previous.values()]
+        stores = [k + _bare(v) + ";" for k, v in zip(kept, values, strict=True)]
+        stores += [
+            f"out->{s.member} = {_bare(printer.value(at))};"
+            for s, at in zip(self.outputs, results.outputs, strict=True)
+        ]
+        checked = [printer.value(at) for at in dict.fromkeys(results.all())]
+        if jacobian:
+            stores += [
+                f"tangent->{s.member} = {_bare(printer.value(at))};"
+                for s, at in zip(self.tangents, results.tangents, strict=True)
+            ]
+            width = len(self.program.wrt)
+            stores += [
+                f"jac[{k // width}][{k % width}] = {'0.0' if at is None else _bare(printer.value(at))};"
+                for k, at in enumerate(results.jacobian)
+            ]
+        body += _guarded(checked, stores)
+        arguments = self._arguments(jacobian)
+        unused = [x for x in ("p", "in") if not re.search(rf"\b{x}->", "\n".join(body))]
+        body = [*(f"(void){x};" for x in unused if re.search(rf"\*{x}\b", arguments)), *body]
+        return Routine(name, says, arguments, tuple(body), operations(sample.graph, need))
+
+    def outputs_of(self, sample: Sample) -> list[Pair]:
+        return [sample.equations[o.name] for o in self.model.outputs]
+
+    def _arguments(self, jacobian: bool) -> str:
+        parts = [f"const {self.prefix}_parameters *p"]
+        if self.inputs:
+            parts.append(f"const {self.prefix}_input *in")
+        if self.steps:
+            parts.append(f"{self.prefix}_state *state")
+        if jacobian and self.tangents:
+            parts.append(f"{self.prefix}_tangent *tangent")
+        parts.append(f"{self.prefix}_output *out")
+        if jacobian:
+            parts.append(f"double jac[{self.prefix.upper()}_ROWS][{self.prefix.upper()}_COLUMNS]")
+        return ", ".join(parts)
+
+    def _loads(self, printer: Printer, need: list[int], starts: bool) -> list[str]:
+        """Struct members that the body uses, as local constants."""
+        lines = []
+        groups: list[tuple[str, Sequence[Slot]]] = [("p", self.parameters), ("in", self.inputs)]
+        if not starts:
+            groups += [("state", self.states), ("tangent", self.tangents)]
+        wanted = {*need, *(printer.graph.input(of) for of in self.previous.values())}
+        for pointer, slots in groups:
+            for s in slots:
+                at = printer.graph.input(s.name)
+                if at in wanted:
+                    local = printer._fresh(c_name(s.member))
+                    printer.names[at] = local
+                    lines.append(f"const double {local} = {pointer}->{s.member};")
+        return lines
+
+
+@dataclass(frozen=True)
+class _Results:
+    states: tuple[int, ...]
+    outputs: tuple[int, ...]
+    tangents: tuple[int, ...]
+    jacobian: tuple[int | None, ...]
+
+    def all(self) -> list[int]:
+        return [
+            *self.states, *self.outputs, *self.tangents, *(at for at in self.jacobian if at is not None)
+        ]  # fmt: skip
+
+
+def _results(sample: Sample, program: Program, outputs: list[Pair], jacobian: bool) -> _Results:
+    zero = sample.graph.const(0.0)
+    values: list[int] = []
+    for re_, im in outputs:
+        values += [zero if re_ is None else re_] + ([] if im is None else [im])
+    slopes: list[int | None] = []
+    for o in program.outputs if jacobian else ():
+        parts = (0,) if sample.equations[o][1] is None else (0, 1)
+        slopes += [d[k] for k in parts for d in sample.jacobian[o]]
+    tangents = tuple(sample.sensitivities.values()) if jacobian else ()
+    return _Results(tuple(sample.states.values()), tuple(values), tangents, tuple(slopes))
+
+
+def _guarded(checked: list[str], stores: list[str]) -> list[str]:
+    """Nothing is written unless all results are finite."""
+    names = [v for v in dict.fromkeys(checked) if re.match(r"\(*-?[A-Za-z_]", v)]  # numbers are finite
+    test = " && ".join(f"mg_finite({_bare(v)})" for v in names) or "1"
+    return ["int status = 1;", f"if ({test}) {{", *(f"    {s}" for s in stores), "    status = 0;", "}",
+            "return status;"]  # fmt: skip
+
+
+def _bare(text: str) -> str:
+    """Without the parentheses around the whole."""
+    if not (text.startswith("(") and text.endswith(")")):
+        return text
+    depth = 0
+    for k, ch in enumerate(text):
+        depth += (ch == "(") - (ch == ")")
+        if depth == 0 and k < len(text) - 1:
+            return text
+    return text[1:-1]

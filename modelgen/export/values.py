@@ -1,0 +1,141 @@
+"""Values to try a model at: parameters near their defaults, inputs over a range, motions that turn."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from modelgen.errors import InputError, did_you_mean
+from modelgen.language import Input, Model, Parameter
+
+POINTS = 16
+SAMPLES = 64
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Parameters by name, and samples to be taken in order (one alone where a model remembers nothing)."""
+
+    parameters: dict[str, float]
+    samples: tuple[dict[str, float], ...]
+
+
+def default_of(p: Parameter) -> float:
+    """A parameter's default, or a value between its bounds where there is none."""
+    if p.default is not None:
+        return float(p.default)
+    low, high = p.bounds
+    if math.isfinite(low) and math.isfinite(high):
+        return math.sqrt(low * high) if low > 0 else 0.5 * (low + high)
+    return max(low, min(high, 1.0))
+
+
+def parse_ranges(model: Model, given: Sequence[str]) -> dict[str, Range]:
+    """NAME=LOW:HIGH texts. Raises InputError in one line."""
+    names = [i.name for i in model.inputs if not i.derived]
+    found = {}
+    for text in given:
+        name, _, ends = text.partition("=")
+        if name not in names:
+            raise InputError(f"--range {text}: no input '{name}'{did_you_mean(name, names)}; {names}")
+        try:
+            low, high = (float(x) for x in ends.split(":"))
+        except ValueError:
+            raise InputError(f"--range {text}: wanted NAME=LOW:HIGH, two numbers") from None
+        if not low < high:
+            raise InputError(f"--range {text}: {low:g} is not below {high:g}")
+        found[name] = (low, high)
+    return found
+
+
+def default_range(i: Input) -> Range:
+    """The range of its source; else 1 Hz to 10 kHz, one second, or −1 to 1 in the input's unit."""
+    if i.range:
+        return i.range
+    return {"Hz": (1.0, 1e4), "kHz": (1e-3, 10.0), "s": (0.0, 1.0)}.get(i.unit, (-1.0, 1.0))
+
+
+def trials(
+    model: Model,
+    fixed: Mapping[str, float],
+    ranges: Mapping[str, Range],
+    round_to: Callable[[float], float],
+    steps: bool,
+) -> tuple[Trial, ...]:
+    """Values that cover `ranges`, the first at default parameters; the same each time, rounded to a type."""
+    rng = np.random.default_rng(1)
+    count = 2 if steps else 4
+    sets = []
+    for k in range(count):
+        factors = rng.uniform(0.8, 1.25, len(model.scalar_parameters)) if k else None
+        sets.append(_parameters(model, fixed, factors, round_to))
+    spans = {i.name: ranges.get(i.name, default_range(i)) for i in model.inputs if not i.derived}
+    samples = _motion(model, spans, round_to) if steps else _grid(model, spans, round_to)
+    return tuple(Trial(p, samples) for p in sets)
+
+
+def _parameters(
+    model: Model, fixed: Mapping[str, float], factors: np.ndarray | None, round_to: Callable[[float], float]
+) -> dict[str, float]:
+    values = {}
+    for k, p in enumerate(model.scalar_parameters):
+        value = default_of(p)
+        if factors is not None:
+            moved = float(f"{value * factors[k]:.4g}")
+            narrow = p.bounds[1] - p.bounds[0] < 0.5 * abs(value)
+            value = value if narrow or not p.bounds[0] <= moved <= p.bounds[1] else moved
+        values[p.name] = fixed[p.name] if p.name in fixed else round_to(value)
+    return values
+
+
+def _grid(
+    model: Model, spans: Mapping[str, Range], round_to: Callable[[float], float]
+) -> tuple[dict[str, float], ...]:
+    """Points along all inputs at once, evenly in the logarithm where an input is positive."""
+    rows: list[dict[str, float]] = []
+    for k in range(POINTS if model.inputs else 1):
+        s = k / (POINTS - 1)
+        row = {}
+        for n, (name, (low, high)) in enumerate(spans.items()):
+            at = s if n == 0 else (s * (2 * n + 1) + 0.37 * n) % 1.0
+            row[name] = low * (high / low) ** at if low > 0 else low + (high - low) * at
+        row |= {i.name: 0.5 + s for i in model.inputs if i.derived and i.derived[0] not in BACKWARD}
+        rows.append({n: round_to(float(f"{v:.6g}")) for n, v in row.items()})
+    return tuple(rows)
+
+
+BACKWARD = ("previous", "turning")
+
+
+def _motion(
+    model: Model, spans: Mapping[str, Range], round_to: Callable[[float], float]
+) -> tuple[dict[str, float], ...]:
+    """Two tones that turn several times, and their derivatives; time in steps that any type holds exactly."""
+    low, high = spans[model.axis]
+    step = 2.0 ** math.floor(math.log2((high - low) / SAMPLES))
+    rows = []
+    for k in range(SAMPLES):
+        x = 4 * math.pi * k / SAMPLES
+        rate = 4 * math.pi / (SAMPLES * step)
+        row = {model.axis: low + k * step}
+        for n, (name, (a, b)) in enumerate(list(spans.items())[1:]):
+            half, y = 0.5 * (b - a), x + 0.7 * n
+            values = {
+                "": 0.5 * (a + b) - half * (0.75 * math.cos(y) + 0.25 * math.cos(2.6 * y)),
+                "rate": half * rate * (0.75 * math.sin(y) + 0.65 * math.sin(2.6 * y)),
+                "acceleration": half * rate**2 * (0.75 * math.cos(y) + 1.69 * math.cos(2.6 * y)),
+                "amplitude": half,
+                "quadrature": half * math.sin(y),
+            }
+            row[name] = values[""]
+            row |= {
+                i.name: values[i.derived[0]]
+                for i in model.inputs
+                if i.derived and i.derived[1] == name and i.derived[0] in values
+            }
+        rows.append({n: round_to(v if n == model.axis else float(f"{v:.6g}")) for n, v in row.items()})
+    return tuple(rows)
