@@ -31,7 +31,7 @@ RESERVED = frozenset((
 
 
 # what the templates and the printer name themselves
-_OURS = re.compile(r"mg_.*|MG_.*|solve_.*|_.*|[est]\d+|j\d+_\d+|.*_next")
+_OURS = re.compile(r"mg_.*|MG_.*|solve_.*|residual_.*|_.*|[est]\d+|j\d+_\d+|.*_next")
 
 
 def c_name(name: str) -> str:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from modelgen.codegen.build import write_atomically
 from modelgen.errors import InputError, ToolError, did_you_mean
 from modelgen.export.datasheet import merge, render_sheet, take
 from modelgen.export.selftest import render_test
@@ -14,6 +13,7 @@ from modelgen.export.text import REALS, render, render_c
 from modelgen.export.unit import make_unit, parse_fixed
 from modelgen.export.values import parse_ranges
 from modelgen.export.vectors import make_vectors
+from modelgen.files import write_atomically
 from modelgen.language import Model
 from modelgen.language.model import check_name
 
@@ -54,7 +54,7 @@ def export_c99(model: Model, folder: Path, settings: Settings) -> tuple[Path, ..
     section = render_sheet(unit, settings.real, sheet, ranges, len(vectors))
     texts["DATASHEET.md"] = merge(_read(folder / "DATASHEET.md"), unit.prefix, section)
     for name, text in texts.items():
-        write_atomically(folder / name, text)
+        write_atomically(folder / name, text, parents=True)
     return tuple(folder / name for name in texts)
 
 

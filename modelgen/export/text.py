@@ -75,6 +75,7 @@ def _used(code: str) -> set[str]:
 def _root(unit: Unit, r: Any) -> dict[str, Any]:
     region = Stages(unit.program).root(r)
     return {
-        "name": r.name, "arguments": [c_name(a) for a in r.arguments], "unknown": c_name(r.unknown),
+        "name": r.name, "residual": f"residual_{r.unknown}",
+        "arguments": [c_name(a) for a in r.arguments], "unknown": c_name(r.unknown),
         "body": region.body, "results": region.values, "comment": comment(r.comment),
     }  # fmt: skip
