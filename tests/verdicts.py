@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from modelgen.diagnose.verdict import Finding, Mismatch, PortCurve, Rms, Trace, Trial, Verdict
+from modelgen.diagnose.verdict import Finding, Mismatch, PortCurve, Rms, Trial, Verdict
 from modelgen.fit.result import Estimate
+from modelgen.fit.trace import Trace
 
 RNG = np.random.default_rng(7)
 NAN = float("nan")

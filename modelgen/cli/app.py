@@ -44,6 +44,9 @@ def build(
 def fit(
     case: CasePath,
     json: Json = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="draw recordings, model and residual: .svg, .png or .pdf")
+    ] = None,
     method: Annotated[
         str,
         typer.Option(
@@ -61,7 +64,7 @@ def fit(
     """Fit the model's free parameters to the recordings. Ctrl-C keeps the best so far."""
     from modelgen.cli.fitting import fit_case
 
-    fit_case(case, json, method, start or [], seed, constrained)
+    fit_case(case, json, plot, method, start or [], seed, constrained)
 
 
 @app.command()

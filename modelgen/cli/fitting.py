@@ -13,16 +13,26 @@ from modelgen.cli.methods import read_method
 from modelgen.errors import InputError
 from modelgen.fit.fitting import fit
 from modelgen.fit.result import FitResult
+from modelgen.report.fits import plot_format
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
 def fit_case(
-    path: Path, json: Path | None, method: str, start: Sequence[str], seed: int, constrained: bool = False
+    path: Path,
+    json: Path | None,
+    plot: Path | None,
+    method: str,
+    start: Sequence[str],
+    seed: int,
+    constrained: bool = False,
 ) -> None:
-    """Fit, print, and write the JSON."""
+    """Fit, print, and write the JSON and the plot."""
     check_output(json)
+    check_output(plot)
+    if plot is not None:
+        plot_format(plot)
     chosen, begin = read_method(method), read_start(start)
     model, case = open_case(path)
     with progress_bar(f"fitting {model.id}") as show:
@@ -31,6 +41,8 @@ def fit_case(
         )
     if json is not None:
         result.write_json(json)
+    if plot is not None:
+        result.plot(plot)
     print_fit(result, console())
 
 

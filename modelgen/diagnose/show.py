@@ -10,8 +10,9 @@ import numpy as np
 from modelgen.diagnose.holdout import Held
 from modelgen.diagnose.refit import Fit
 from modelgen.diagnose.search import Outcome, Setting
-from modelgen.diagnose.verdict import PortCurve, Trace
+from modelgen.diagnose.verdict import PortCurve
 from modelgen.fit.series import Array, Series
+from modelgen.fit.trace import Trace, make_trace
 
 KINDS = {
     "electrical_impedance": "electrical",
@@ -35,17 +36,7 @@ def traces(
 
 
 def _trace(setting: Setting, s: Series, before: Array, after: Array, marks: Array, scale: float) -> Trace:
-    w = replace(s.whitener, ar=None).scaled(scale)
-    axis = setting.model.inputs[0]
-
-    def joined(x: Array) -> Array:
-        return x[0] + 1j * x[1] if s.measure == "complex" else x[0]
-
-    return Trace(
-        s.name, s.role, axis.name, axis.unit, s.unit, s.measure, s.inputs[axis.name],
-        joined(s.data), joined(s.data + before), joined(s.data + after), w.apply(before), w.apply(after),
-        marks, s.inputs,
-    )  # fmt: skip
+    return make_trace(setting.model, s, before, after, marks, replace(s.whitener, ar=None).scaled(scale))
 
 
 def port_sensitivities(setting: Setting, base: Fit) -> dict[str, Array]:

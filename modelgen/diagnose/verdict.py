@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ import numpy as np
 
 from modelgen.files import write_atomically
 from modelgen.fit.result import Estimate
+from modelgen.fit.trace import Trace
 
 SCHEMA = "modelgen.verdict/1"
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -58,30 +58,6 @@ class Trial:
     parameters: int
     rms_over_noise: float
     probability: float = float("nan")
-
-
-@dataclass(frozen=True, eq=False)
-class Trace:
-    """One recording against the model, for plots.
-
-    x: (n,) samples of the axis. data, before, after: (n,) complex or real. white_before, white_after:
-    (channels, n) whitened residuals (unit noise). outliers: (n,) bool.
-    """
-
-    name: str
-    role: str
-    axis: str
-    axis_unit: str
-    unit: str
-    measure: str
-    x: Array
-    data: Array
-    before: Array
-    after: Array
-    white_before: Array
-    white_after: Array
-    outliers: Array
-    inputs: Mapping[str, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

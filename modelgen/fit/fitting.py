@@ -18,6 +18,7 @@ from modelgen.fit.problem import Problem, Vector, wide
 from modelgen.fit.recipe import Recipe, fit_recipe
 from modelgen.fit.result import Estimate, FitResult, RecordingFit, estimates
 from modelgen.fit.series import Array, Series, make_series
+from modelgen.fit.trace import make_trace
 from modelgen.fit.uncertainty import assess
 from modelgen.language import Model
 from modelgen.recordings import Case
@@ -71,6 +72,7 @@ def fit(
         seconds=time.perf_counter() - began, reason=outcome.reason.value, method=says,
         recordings=tuple(_recording(model, *p) for p in parts),
         notes=(*_notes(case, outcome, found, over["fit"]), *broken(model, _values(ex, outcome.theta))),
+        traces=tuple(make_trace(model, s, raw, raw, np.zeros(s.n, bool), s.whitener) for s, raw, _ in parts),
     )  # fmt: skip
 
 

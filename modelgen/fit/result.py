@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from modelgen.errors import InputError, did_you_mean
 from modelgen.files import write_atomically
 from modelgen.fit.problem import Matrix, Problem
+from modelgen.fit.trace import Trace
 from modelgen.fit.uncertainty import Uncertainty
 
 SCHEMA = "modelgen.fit/1"
@@ -49,7 +50,7 @@ class FitResult:
 
     rms_over_noise: {"fit": …, "holdout": …}, 1 where only noise is left. correlation (p, p), rank and
     `undetermined` (sentences) as in `Uncertainty`. A figure that does not exist is NaN here and null in the
-    JSON.
+    JSON. traces: what `plot` draws.
     """
 
     model: str
@@ -64,6 +65,7 @@ class FitResult:
     method: str
     recordings: tuple[RecordingFit, ...] = ()
     notes: tuple[str, ...] = field(default=())
+    traces: tuple[Trace, ...] = field(default=(), compare=False, repr=False)
 
     def __getitem__(self, name: str) -> Estimate:
         """The estimate of one parameter. Raises InputError, with the nearest name, for an unknown one."""
@@ -116,6 +118,17 @@ class FitResult:
     def write_json(self, path: str | Path) -> None:
         """Write `to_json` whole or not at all. Raises InputError or ToolError as `write_atomically` does."""
         write_atomically(path, self.to_json())
+
+    def plot(self, path: str | Path) -> None:
+        """Draw each recording against the model and its residual over the noise: .svg, .png or .pdf.
+
+        Raises InputError and ToolError as `write_atomically` does.
+        """
+        from modelgen.report.fits import (
+            write_plot,  # the one import upwards: a result shows itself when asked
+        )
+
+        write_plot(self, path)
 
 
 def estimates(problem: Problem, theta: ArrayLike, known: Uncertainty) -> tuple[Estimate, ...]:

@@ -42,7 +42,7 @@ def folded_ticks(axes: Axes, most: float) -> None:
     far = far[:: -(-len(far) // 3)] if far else []
     ticks = [-v for v in reversed(far)] + [-2.0, 0.0, 2.0] + far
     axes.set_yticks(fold(np.array(ticks)), [plain(v) for v in ticks])
-    top = float(fold(np.array([1.15 * most]))[0])
+    top = float(fold(np.array([1.3 * most]))[0])
     axes.set_ylim(-top, top)
 
 
@@ -102,7 +102,13 @@ def plain(v: float) -> str:
 
 
 def dots(axes: Axes, x: Array, y: Array, color: str, size: float, alpha: float = 1.0) -> None:
-    """Dots as strokes without length: a tenth of the text that as many markers would need."""
-    gap = np.full_like(np.asarray(x, dtype=float), np.nan)
-    xs, ys = np.stack([x, x, gap], axis=1).ravel(), np.stack([y, y, gap], axis=1).ravel()
-    axes.plot(xs, ys, color=color, linewidth=size, solid_capstyle="round", alpha=alpha)
+    """Dots as strokes of hardly any length: a tenth of the text that as many markers would need."""
+    x = np.asarray(x, dtype=float)
+    gap = np.full_like(x, np.nan)
+    span = float(np.nanmax(x) - np.nanmin(x)) if len(x) else 0.0
+    if span == 0:
+        axes.plot(x, y, "o", color=color, markersize=size, markeredgewidth=0, alpha=alpha)
+        return
+    end = x + 1e-8 * span  # of no length at all a PNG shows nothing
+    xs, ys = np.stack([x, end, gap], axis=1).ravel(), np.stack([y, y, gap], axis=1).ravel()
+    axes.plot(xs, ys, color=color, linewidth=size, solid_capstyle="round", alpha=alpha, snap=False)

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
-from modelgen.diagnose.verdict import Estimate, Finding, Trace, Verdict
+from modelgen.diagnose.verdict import Estimate, Finding, Verdict
 from modelgen.files import write_atomically
+from modelgen.fit.trace import Trace
 from modelgen.report import curve as port_curve
 from modelgen.report import lack, plots, words
 from modelgen.report.formula import formula, sentence, symbol

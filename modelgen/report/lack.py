@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from modelgen.diagnose.verdict import Trace
+from modelgen.fit.trace import Trace
 from modelgen.report import svg
 from modelgen.report.axes import dots, label, linear_ticks, log_ticks, wants_log
 from modelgen.report.plots import LOOP_POINTS, panels, same_model, stroke_of

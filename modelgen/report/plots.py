@@ -8,18 +8,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from modelgen.diagnose.verdict import Mismatch, Trace
+from modelgen.diagnose.verdict import Mismatch
+from modelgen.fit.trace import Trace
 from modelgen.report import svg
 from modelgen.report.axes import dots, fold, folded_ticks, label, linear_ticks, log_ticks, wants_log
 from modelgen.report.thin import Array, every, excerpt, extremes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 LINE_BINS, DOTS, LOOP_POINTS = 350, 900, 900
 # Fixed margins: a layout engine would take as long as all the drawing.
-UPPER = {"left": 0.055, "right": 0.99, "bottom": 0.57, "top": 0.95, "wspace": 0.14}
+UPPER = {"left": 0.068, "right": 0.99, "bottom": 0.57, "top": 0.95, "wspace": 0.14}
 LOWER = UPPER | {"bottom": 0.09, "top": 0.42}
 _NAMES = {"N": "force", "N/mm": "stiffness", "N/m": "stiffness", "mm": "displacement", "m": "displacement"}
 
@@ -78,27 +79,40 @@ def stroke_of(trace: Trace) -> str:
 def recording(
     trace: Trace, mismatch: Iterable[Mismatch] = (), name: str = "", stroke_unit: str = "", key: str = "r"
 ) -> str:
-    """One recording as an SVG: data and model before and after, and below the whitened residual of each."""
+    """One recording as an SVG: see `draw`."""
     from matplotlib.figure import Figure
 
-    shown = panels(trace, name)
-    stroke = stroke_of(trace)
-    marks = [m for m in mismatch if m.recording in ("", trace.name)]
     with svg.style():
         figure = Figure(figsize=(9.6, 5.0))
-        if stroke:
-            over, loop = figure.subplots(1, 2, gridspec_kw=UPPER | {"width_ratios": (7, 5)})
-            stretch = excerpt(trace.inputs[stroke], np.sum(np.square(trace.white_before), axis=0))
-            _curves(over, trace, shown[0], stretch)
-            _axis(over, trace, trace.x[stretch], marks)
-            _loop(loop, trace, shown[0], stretch, stroke, stroke_unit, marks)
-        else:
-            upper = figure.subplots(1, len(shown), squeeze=False, gridspec_kw=UPPER)[0]
-            for axes, panel in zip(upper, shown, strict=True):
-                _curves(axes, trace, panel, slice(None))
-                _axis(axes, trace, trace.x, marks)
-        _residuals(figure, trace, marks)
+        shown = draw(figure, trace, mismatch, name, stroke_unit)
         return svg.inline(figure, _spoken(trace, shown), key)
+
+
+def draw(
+    figure: Figure | SubFigure,
+    trace: Trace,
+    mismatch: Iterable[Mismatch] = (),
+    name: str = "",
+    stroke_unit: str = "",
+) -> list[Panel]:
+    """One recording: data and model before and after, and below the whitened residual of each."""
+    shown = panels(trace, name)
+    stroke = stroke_of(trace)
+    stroke_unit = stroke_unit or trace.units.get(stroke, "")
+    marks = [m for m in mismatch if m.recording in ("", trace.name)]
+    if stroke:
+        over, loop = figure.subplots(1, 2, gridspec_kw=UPPER | {"width_ratios": (7, 5)})
+        stretch = excerpt(trace.inputs[stroke], np.sum(np.square(trace.white_before), axis=0))
+        _curves(over, trace, shown[0], stretch)
+        _axis(over, trace, trace.x[stretch], marks)
+        _loop(loop, trace, shown[0], stretch, stroke, stroke_unit, marks)
+    else:
+        upper = figure.subplots(1, len(shown), squeeze=False, gridspec_kw=UPPER)[0]
+        for axes, panel in zip(upper, shown, strict=True):
+            _curves(axes, trace, panel, slice(None))
+            _axis(axes, trace, trace.x, marks)
+    _residuals(figure, trace, marks)
+    return shown
 
 
 def _spoken(trace: Trace, shown: list[Panel]) -> str:
@@ -134,7 +148,8 @@ def _recorded(axes: Axes, x: Array, y: Array) -> None:
 
 def _line(axes: Axes, x: Array, y: Array, color: str, dashes: tuple[float, ...] = ()) -> None:
     i = extremes(y, LINE_BINS)
-    axes.plot(x[i], y[i], color=color, linewidth=1.3, dashes=dashes or (None, None))
+    alone = "o" if len(y) == 1 else ""
+    axes.plot(x[i], y[i], alone, color=color, linewidth=1.3, markersize=3, dashes=dashes or (None, None))
 
 
 def _axis(axes: Axes, trace: Trace, x: Array, marks: list[Mismatch]) -> None:
@@ -163,7 +178,8 @@ def _loop(
     z = np.asarray(trace.inputs[stroke])[stretch]
     ys = [np.asarray(y)[stretch] for y in (panel.data, panel.before, panel.after)]
     i = every(len(z), LOOP_POINTS)
-    axes.plot(z[i], ys[0][i], color=svg.DATA, linewidth=4.4, solid_joinstyle="round")
+    broad = 4.4 if len(z) > 150 else 2.2
+    axes.plot(z[i], ys[0][i], color=svg.DATA, linewidth=broad, solid_joinstyle="round")
     if not same_model(trace):
         axes.plot(z[i], ys[1][i], color=svg.BEFORE, linewidth=1.3, dashes=(4, 2))
     axes.plot(z[i], ys[2][i], color=svg.AFTER, linewidth=1.3)
@@ -174,7 +190,7 @@ def _loop(
     _shade(axes, z, [m for m in marks if m.axis == stroke])
 
 
-def _residuals(figure: Figure, trace: Trace, marks: list[Mismatch]) -> None:
+def _residuals(figure: Figure | SubFigure, trace: Trace, marks: list[Mismatch]) -> None:
     """Whitened residuals on one scale, linear to ±3 and logarithmic beyond, over the bands of ±1 and ±2."""
     whites = [("residual of the model, over the noise", trace.white_after, svg.AFTER)]
     if not same_model(trace):

@@ -12,21 +12,19 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+# Colours by their place in matplotlib's cycle, which `style` sets: one drawing serves a page and a file.
+INK, MUTED, GRID, DATA, BEFORE, AFTER, MARK, BAND, SHADE = (f"C{k}" for k in range(9))
+_VARIABLES = ("ink", "muted", "rule", "data", "before", "after", "mark", "band", "shade")
 # Stand-ins for the page's CSS variables, told apart from every other colour by their value.
-INK, MUTED, GRID = "#010203", "#010204", "#010205"
-DATA, BEFORE, AFTER, MARK = "#010206", "#010207", "#010208", "#010209"
-BAND, SHADE = "#01020a", "#01020b"
-_VARIABLES = {
-    INK: "ink", MUTED: "muted", GRID: "rule", DATA: "data", BEFORE: "before", AFTER: "after",
-    MARK: "mark", BAND: "band", SHADE: "shade",
-}  # fmt: skip
+PAGE = tuple(f"#0102{k:02x}" for k in range(3, 3 + len(_VARIABLES)))
+# Those of the page by daylight (templates/style.css).
+PAPER = (
+    "#1b1f24", "#5c6670", "#e3e6e9", "#9aa3ac", "#c2500a", "#0b66a8", "#a3227f", "#dfe5ea", "#fbf0d2",
+)  # fmt: skip
 
 _STYLE = {
     "svg.fonttype": "none",
     "path.simplify": False,
-    "figure.facecolor": "none",
-    "savefig.facecolor": "none",
-    "axes.facecolor": "none",
     "text.parse_math": False,  # a "$" in a unit is no formula
     "font.size": 9.0,
     "axes.titlesize": 9.5,
@@ -50,14 +48,17 @@ _STYLE = {
     "lines.linewidth": 1.2,
     "lines.solid_capstyle": "round",
 }
+_GROUNDS = ("figure.facecolor", "savefig.facecolor", "axes.facecolor")
 
 
 @contextmanager
-def style() -> Iterator[None]:
+def style(colours: tuple[str, ...] = PAGE) -> Iterator[None]:
     """Figures made inside look alike and print as text and plain paths."""
+    from cycler import cycler
     from matplotlib import rc_context
 
-    with rc_context(_STYLE):
+    ground = "none" if colours is PAGE else "white"
+    with rc_context(_STYLE | {"axes.prop_cycle": cycler(color=colours)} | dict.fromkeys(_GROUNDS, ground)):
         yield
 
 
@@ -85,8 +86,8 @@ def inline(figure: Figure, label: str, key: str) -> str:
 
 
 def _variable(found: re.Match[str]) -> str:
-    name = _VARIABLES.get(found[0])
-    return f"var(--{name})" if name else found[0]
+    at = PAGE.index(found[0]) if found[0] in PAGE else -1
+    return f"var(--{_VARIABLES[at]})" if at >= 0 else found[0]
 
 
 def _own_ids(body: str, key: str) -> str:
