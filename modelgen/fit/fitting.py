@@ -17,6 +17,7 @@ from modelgen.fit.multistart import MultiStart
 from modelgen.fit.problem import Problem, Vector, wide
 from modelgen.fit.recipe import Recipe, fit_recipe
 from modelgen.fit.result import Estimate, FitResult, RecordingFit, estimates
+from modelgen.fit.separating import confusions
 from modelgen.fit.series import Array, Series, make_series
 from modelgen.fit.trace import make_trace
 from modelgen.fit.uncertainty import assess
@@ -71,7 +72,11 @@ def fit(
         undetermined=known.undetermined, rms=_by_unit(model, parts), rms_over_noise=over,
         seconds=time.perf_counter() - began, reason=outcome.reason.value, method=says,
         recordings=tuple(_recording(model, *p) for p in parts),
-        notes=(*_notes(case, outcome, found, over["fit"]), *broken(model, _values(ex, outcome.theta))),
+        notes=(
+            *_notes(case, outcome, found, over["fit"]),
+            *broken(model, _values(ex, outcome.theta)),
+            *map(str, confusions(ex, outcome.theta, known)),
+        ),
         traces=tuple(make_trace(model, s, raw, raw, np.zeros(s.n, bool), s.whitener) for s, raw, _ in parts),
     )  # fmt: skip
 

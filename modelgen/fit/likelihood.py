@@ -75,6 +75,30 @@ def profile(
     )  # fmt: skip
 
 
+def basin(
+    problem: Problem, index: int | str, optimum: ArrayLike, value: float, method: Method | None = None
+) -> tuple[float, float]:
+    """Where min over the others of r·r, from `optimum` (p,) outwards to both sides, reaches `value`.
+
+    An end is the parameter's bound where that is reached before. Raises InputError for an unknown parameter,
+    and where the optimum itself is not below `value`.
+    """
+    if isinstance(index, str):
+        if index not in problem.names:
+            raise InputError(f"unknown parameter '{index}'{did_you_mean(index, problem.names)}")
+        index = problem.names.index(index)
+    optimum = np.asarray(optimum, dtype=float)
+    search = _Search(problem, index, optimum, 1.0, method or GaussNewton())
+    if not value > search.least:
+        raise InputError(f"the optimum's r·r = {search.least:g} is not below {value:g}: there is no basin")
+    depth = float(np.sqrt(value - search.least))
+    std = assess(problem, optimum).std[index]
+    step = depth * std if np.isfinite(std) and std > 0 else 0.1 * problem.width[index]
+    low, _ = search.end(-step, depth, float(problem.lower[index]))
+    high, _ = search.end(step, depth, float(problem.upper[index]))
+    return low, high
+
+
 class _Search:
     """Profile points of one parameter: each refit of the others starts from the nearest one done."""
 

@@ -157,14 +157,8 @@ def _run(
 ) -> tuple[StageResult, _Known]:
     """One stage, and what is known after it."""
     began = time.perf_counter()
-    ex = _experiment(model, _seen(case, stage), known)
-    values = held_values(ex, 0) | {n: v for n, v in known.values.items() if np.isfinite(v)}
-    free = ex.problem(constrained=constrained)
-    start = dict(zip(free.names, free.start, strict=True))
-    whole = np.array([values.get(n, start[n]) for n in free.names])
-    chosen = _sought(model, stage.estimates) - set(stage.constants)
-    sought = [n for n in free.names if n in chosen and n in known.values]
-    problem = _holding(free, sought, whole)
+    ex, whole, problem = _prepared(stage, model, case, known, constrained)
+    sought = problem.names
     outcome = stage.method.run(problem, progress=progress, seed=seed)
     whole[[ex.layout.names.index(n) for n in sought]] = outcome.theta
     unit = "deg" if stage.measure == "phase" else ex.series[0].unit
@@ -174,6 +168,29 @@ def _run(
         time.perf_counter() - began,
     )  # fmt: skip
     return result, _after(known, ex, whole, sought, stage.constants)
+
+
+def stage_problem(
+    stage: Stage, model: Model, case: Case, values: Mapping[str, float] | None = None
+) -> Problem:
+    """The least-squares problem of one stage, r its plain residual; `values`: what was found before it."""
+    free = _free(model, case)
+    known = _Known(free, np.zeros((len(free), 0)), dict.fromkeys(free, np.nan) | dict(values or {}))
+    return _prepared(stage, model, case, known, False)[2]
+
+
+def _prepared(
+    stage: Stage, model: Model, case: Case, known: _Known, constrained: bool
+) -> tuple[Experiment, Vector, Problem]:
+    """The experiment with all that is sought in any stage, its θ so far, and this stage's own problem."""
+    ex = _experiment(model, _seen(case, stage), known)
+    values = held_values(ex, 0) | {n: v for n, v in known.values.items() if np.isfinite(v)}
+    free = ex.problem(constrained=constrained)
+    start = dict(zip(free.names, free.start, strict=True))
+    whole = np.array([values.get(n, start[n]) for n in free.names])
+    chosen = _sought(model, stage.estimates) - set(stage.constants)
+    sought = [n for n in free.names if n in chosen and n in known.values]
+    return ex, whole, _holding(free, sought, whole)
 
 
 def _seen(case: Case, stage: Stage) -> Case:
