@@ -3,18 +3,10 @@
 #include "contact_damping.h"
 
 #include <math.h>
+#include <stdint.h>
 
 #ifndef MG_LANES
 #define MG_LANES 8
-#endif
-
-/* Samples stand alone, and rows of an array never overlap: more than a compiler can find out by itself. */
-#if defined(__clang__)
-#define MG_ALONE _Pragma("clang loop vectorize(assume_safety)")
-#elif defined(__GNUC__)
-#define MG_ALONE _Pragma("GCC ivdep")
-#else
-#define MG_ALONE
 #endif
 
 static inline double mg_max(const double a, const double b) { return a > b ? a : b; }
@@ -47,6 +39,79 @@ static inline double mg_sinhc_slope(const double x)
     }
     return sum;
 }
+
+/* A double and its bits. */
+typedef union { double value; uint64_t bits; } mg_word;
+
+/* 2^k for a whole k in [-1022, 1023]: adding 1.5*2^52 brings k to the lowest bits. */
+static inline double mg_power_of_2(const double k)
+{
+    mg_word w;
+    w.value = k + 6755399441055744.0;
+    w.bits = (w.bits + 1023U) << 52U;
+    return w.value;
+}
+
+/* e^x = 2^k e^r with |r| <= ln(2)/2; 2^k in two halves, so that the ends of the range come out right. */
+static inline double mg_exp(const double x)
+{
+    const double low = x < -746.0 ? -746.0 : x;
+    const double at = low > 710.0 ? 710.0 : low;
+    const double k = (at * 1.4426950408889634 + 6755399441055744.0) - 6755399441055744.0;
+    const double r = (at - k * 0.6931471805592082) - k * 7.371002565167799e-13;
+    const double p = 0.5 + r * (0.1666666666666667 + r * (0.04166666666666667 + r * (0.008333333333326136
+        + r * (0.0013888888888883748 + r * (0.00019841269874820627 + r * (2.4801587325547743e-05
+        + r * (2.7557255400206422e-06 + r * (2.75572736431103e-07 + r * (2.5105217004720745e-08
+        + r * 2.0914686968086876e-09)))))))));
+    const double half = (0.5 * k + 6755399441055744.0) - 6755399441055744.0;
+    return (1.0 + (r + r * r * p)) * mg_power_of_2(half) * mg_power_of_2(k - half);
+}
+
+/* ln x = k ln 2 + ln m, sqrt(1/2) <= m < sqrt(2); ln m = 2 artanh(s), s = (m - 1)/(m + 1). */
+static inline double mg_log(const double x)
+{
+    const int tiny = x < 2.2250738585072014e-308;
+    mg_word w;
+    w.value = tiny ? x * 18014398509481984.0 : x;
+    const uint64_t shifted = w.bits + (0x3FF0000000000000U - 0x3FE6A09E667F3BCDU);
+    mg_word e, m;
+    e.bits = (shifted >> 52U) | 0x4330000000000000U;
+    m.bits = (shifted & 0x000FFFFFFFFFFFFFU) + 0x3FE6A09E667F3BCDU;
+    const double k = e.value - (tiny ? 4503599627371573.0 : 4503599627371519.0);
+    const double f = m.value - 1.0;
+    const double s = f / (2.0 + f);
+    const double z = s * s;
+    const double p = z * (0.6666666666666666 + z * (0.4000000000000088 + z * (0.2857142857080323
+        + z * (0.2222222239180047 + z * (0.18181795630884753 + z * (0.15386240205813478
+        + z * (0.13268759668560612 + z * 0.13086767009948175)))))));
+    const double half = 0.5 * f * f;
+    const double inside = k * 0.6931471805592082 + (f - (half - (s * (half + p) + k * 7.371002565167799e-13)));
+    const double above = x > 0.0 ? inside : x < 0.0 ? (double)NAN : x == 0.0 ? -(double)INFINITY : x;
+    return x > 1.7976931348623157e308 ? x : above;
+}
+
+/* sin(x + quarter*pi/2): x = k pi/2 + r, |r| <= pi/4, with pi/2 in three parts. */
+static inline double mg_sine(const double x, const uint64_t quarter)
+{
+    mg_word w;
+    w.value = x * 0.6366197723675814 + 6755399441055744.0;
+    const double k = w.value - 6755399441055744.0;
+    const double r = ((x - k * 1.5707963267341256) - k * 6.077100506303966e-11) - k * 2.0222662487959506e-21;
+    const uint64_t turn = w.bits + quarter;
+    const double z = r * r;
+    const double s = r + r * z * (-0.16666666666666666 + z * (0.008333333333333331 + z * (-0.00019841269841265063
+        + z * (2.7557319219337312e-06 + z * (-2.5052106231802837e-08 + z * (1.6058531516797758e-10
+        + z * -7.586691094197958e-13))))));
+    const double c = 1.0 - (0.5 * z - z * z * (0.041666666666666664 + z * (-0.0013888888888888887
+        + z * (2.4801587301584645e-05 + z * (-2.755731922140179e-07 + z * (2.0876755790721963e-09
+        + z * (-1.1470460830795304e-11 + z * 4.7458685530816656e-14)))))));
+    const double size = (turn & 1U) != 0U ? c : s;
+    const double turned = (turn & 2U) != 0U ? -size : size;
+    return fabs(x) < 1e9 ? turned : (double)NAN;
+}
+
+static inline double mg_sin(const double x) { return mg_sine(x, 0U); }
+static inline double mg_cos(const double x) { return mg_sine(x, 1U); }
 
 /* (A6) domain extension factor: root of the residual between lo and hi, by Newton steps kept inside the bracket, at most 200.
  * NaN when the residual has the same sign at both. */
@@ -199,7 +264,6 @@ static double solve_ln_a_l(const double D_eq, const double E, const double F, co
 /* All real outputs, out[channel]. */
 void contact_damping_values_real(const size_t n, const size_t stride, const double *const *restrict in, double *restrict out)
 {
-    MG_ALONE
     for (size_t i = 0; i < n; ++i) {
         const double R_q_1 = in[0][i];
         const double R_q_2 = in[1][i];
@@ -226,8 +290,8 @@ void contact_damping_values_real(const size_t n, const size_t stride, const doub
         const double t41 = L_m / l_0;
         const double t46 = l_0 * l_0;
         const double t47 = 2.0 * t46;
-        const double t54 = 3.141592653589793 * (R_q_1 * R_q_1) * pow(t41, D_s_1 - 2.0) / (mg_gamma(4.0 - t18) * (t47 * cos(3.141592653589793 * (D_s_1 - 1.5))));
-        const double t71 = 3.141592653589793 * (R_q_2 * R_q_2) * pow(t41, D_s_2 - 2.0) / (mg_gamma(4.0 - t23) * (t47 * cos(3.141592653589793 * (D_s_2 - 1.5))));
+        const double t54 = 3.141592653589793 * (R_q_1 * R_q_1) * pow(t41, D_s_1 - 2.0) / (mg_gamma(4.0 - t18) * (t47 * mg_cos(3.141592653589793 * (D_s_1 - 1.5))));
+        const double t71 = 3.141592653589793 * (R_q_2 * R_q_2) * pow(t41, D_s_2 - 2.0) / (mg_gamma(4.0 - t23) * (t47 * mg_cos(3.141592653589793 * (D_s_2 - 1.5))));
         const double t78 = pow(pow(t54, 1.0 / (t18 - 2.0)), D_1 * 2.0 - 2.0) + pow(pow(t71, 1.0 / (t23 - 2.0)), D_2 * 2.0 - 2.0);
         const double t79 = D_eq * 2.0;
         const double t82 = pow(t78, 1.0 / (t79 - 2.0));
@@ -235,13 +299,13 @@ void contact_damping_values_real(const size_t n, const size_t stride, const doub
         const double t88 = D_eq - 4.0;
         const double t97 = (1.0 - nu_2 * nu_2) / E_2 + (1.0 - nu_1 * nu_1) / E_1;
         const double E = 1.0 / t97;  /* (A7) equivalent elastic modulus */
-        const double t101 = log(gamma_);
+        const double t101 = mg_log(gamma_);
         const double k_ = nu_1 * 0.41 + 0.454;  /* (A8) hardness coefficient */
         const double t110 = pow(2.0, 11.0 - t79) * pow(3.141592653589793, t88) * (E * E) * t101 / (H * H * (k_ * k_));
         const double t111 = D_eq - 2.0;
         const double a1c = G_eq * G_eq * pow(t110, 1.0 / t111);  /* (A8) critical area of an asperity, elastic above */
         const double a2c = a1c * pow(76.4, (-1.0) / t111);  /* (A9) critical area, plastic below */
-        const double t121 = log(a1c / a2c);
+        const double t121 = mg_log(a1c / a2c);
         const double t128 = D_eq * 0.76;
         const double t132 = D_eq * 0.38;
         const double t138 = pow(2.0, 4.18 - t128) * pow(3.141592653589793, t132 - 1.52) * pow(E, 0.76);
@@ -253,8 +317,8 @@ void contact_damping_values_real(const size_t n, const size_t stride, const doub
         const double t158 = 3.0 - D_eq;
         const double t160 = H * t46;
         const double t161 = D_eq - 1.0;
-        const double t166 = 2.0 * log(F * pow(psi, t152) * pow(t155, t152) * t158 / (t160 * t161)) / t161;
-        const double ln_a_l = solve_ln_a_l(D_eq, E, F, G_eq, H, H_G2, a1c, a2c, gamma_, l_0, psi, log(t149), t166);  /* (A3) logarithm of the largest area, which carries the load */
+        const double t165 = 2.0 * mg_log(F * pow(psi, t152) * pow(t155, t152) * t158 / (t160 * t161));
+        const double ln_a_l = solve_ln_a_l(D_eq, E, F, G_eq, H, H_G2, a1c, a2c, gamma_, l_0, psi, mg_log(t149), t165 / t161);  /* (A3) logarithm of the largest area, which carries the load */
         const double t170 = 1.5 - t151;
         const double t171 = pow(psi, t170);
         const double t173 = t151 - 0.5;
@@ -265,28 +329,28 @@ void contact_damping_values_real(const size_t n, const size_t stride, const doub
         const double t194 = t121 * (t161 * (t174 * (t171 * (t46 * H_G2)) * pow(t186, 1.13 - D_eq * 0.44)));
         const double F_1c = t161 * (t160 * t171 * t174 * pow(t155, t170)) / t158 + 0.5 * (mg_sinhc((2.26 - D_eq * 0.88) * t121 * 0.5) * t194);  /* (A3) load up to which no asperity is elastic */
         const double t198 = (F_1c < F) ? 1.0 : 0.0;
-        const double t200 = (t198 != 0.0) ? exp(ln_a_l) : 0.0;
+        const double t200 = (t198 != 0.0) ? mg_exp(ln_a_l) : 0.0;
         const double t201 = (!(t198 != 0.0)) ? 1.0 : 0.0;
-        const double t235 = 0.5 * ((1.0 - t151) * log(t46 * (t200 + ((t201 != 0.0) ? NAN : 0.0)) / a1c));
-        const double t249 = (4.0 - D_eq * 1.5) * log(t46 * (t200 + ((t201 != 0.0) ? NAN : 0.0)) / a1c);
-        const double t322 = t200 + ((t201 != 0.0) ? NAN : 0.0);
-        const double a_l = t46 * t322;  /* (A3) largest truncated area, where F > F_1c */
-        const double t332 = sqrt(t101);
-        const double t338 = pow(t322, t173);
-        const double t360 = a1c * a_l / t185;
-        const double t368 = log(a_l / a1c);
-        const double t404 = t338 * (t171 * (0.7978845608028654 * (l_0 / t97))) * pow(t360, 0.5 - D_eq * 0.25);
-        const double K_el = mg_sinhc(t235) * (t368 * (t161 * t404 * (4.0 - D_eq))) / (3.0 * t158);  /* (A5) stiffness of elastic asperities */
-        const double t420 = t171 * (l_0 * H_G2 * pow(2.0, t88) * pow(3.141592653589793, t170)) * pow(t82, 2.0 - D_eq);
-        const double t431 = t161 * (t338 * t420 * pow(t186, 0.38 - D_eq * 0.19) / t332) * (1.76 - t132);
-        const double K_ep = mg_sinhc(0.5 * (t121 * (0.76 - t132))) * (t121 * t431) / t158;  /* (A5) stiffness of elasto-plastic asperities */
-        const double K_n = K_el + K_ep;  /* (A5) normal stiffness */
-        const double t445 = t171 * (t184 * (pow(2.0, 9.5 - t79) / t97 * pow(3.141592653589793, D_eq - 3.5)));
-        const double t454 = t161 * (t338 * (t445 * pow(t82, t79 - 4.0)) * pow(t360, 2.0 - D_eq * 0.75));
-        const double W_e = mg_sinhc(0.5 * t249) * (t368 * (t101 * (t158 * t454))) / (6.0 * (7.0 - t79));  /* (A11) elastic energy */
-        const double t469 = pow(t82, t111) * (t171 * (t184 * (H * pow(2.0, t158) * pow(3.141592653589793, t152))));
-        const double W_p = t161 * (t332 * (t338 * (t469 * pow(t155, t158)))) / (5.0 - D_eq);  /* (A12) plastic energy */
+        const double t235 = 0.5 * ((1.0 - t151) * mg_log(t46 * (t200 + ((t201 != 0.0) ? NAN : 0.0)) / a1c));
+        const double t249 = (4.0 - D_eq * 1.5) * mg_log(t46 * (t200 + ((t201 != 0.0) ? NAN : 0.0)) / a1c);
+        const double t319 = t171 * (t184 * (H * pow(2.0, t158) * pow(3.141592653589793, t152))) * pow(t82, t111);
+        const double t324 = t200 + ((t201 != 0.0) ? NAN : 0.0);
+        const double t325 = pow(t324, t173);
+        const double t327 = sqrt(t101);
+        const double W_p = t161 * (t319 * pow(t155, t158) * t325 * t327) / (5.0 - D_eq);  /* (A12) plastic energy */
+        const double t342 = t171 * (t184 * (pow(2.0, 9.5 - t79) / t97 * pow(3.141592653589793, D_eq - 3.5)));
+        const double a_l = t46 * t324;  /* (A3) largest truncated area, where F > F_1c */
+        const double t349 = a1c * a_l / t185;
+        const double t355 = t161 * (t325 * (t342 * pow(t82, t79 - 4.0)) * pow(t349, 2.0 - D_eq * 0.75));
+        const double t359 = mg_log(a_l / a1c);
+        const double W_e = mg_sinhc(0.5 * t249) * (t101 * (t158 * t355) * t359) / (6.0 * (7.0 - t79));  /* (A11) elastic energy */
         const double eta = W_p / W_e;  /* (A4) loss factor, of the first loading */
+        const double t377 = t325 * (t171 * (0.7978845608028654 * (l_0 / t97))) * pow(t349, 0.5 - D_eq * 0.25);
+        const double K_el = mg_sinhc(t235) * (t359 * (t161 * t377 * (4.0 - D_eq))) / (3.0 * t158);  /* (A5) stiffness of elastic asperities */
+        const double t393 = t171 * (l_0 * H_G2 * pow(2.0, t88) * pow(3.141592653589793, t170)) * pow(t82, 2.0 - D_eq);
+        const double t404 = t161 * (t325 * t393 * pow(t186, 0.38 - D_eq * 0.19) / t327) * (1.76 - t132);
+        const double K_ep = mg_sinhc(0.5 * (t121 * (0.76 - t132))) * (t121 * t404) / t158;  /* (A5) stiffness of elasto-plastic asperities */
+        const double K_n = K_el + K_ep;  /* (A5) normal stiffness */
         const double R_n = eta * sqrt(M * K_n);  /* (A4) normal damping of the contact */
         out[0 * stride + i] = R_n;
     }
@@ -295,7 +359,6 @@ void contact_damping_values_real(const size_t n, const size_t stride, const doub
 /* All real outputs and their derivatives, out[channel], jac[channel][column]. */
 void contact_damping_jacobian_real(const size_t n, const size_t stride, const double *const *restrict in, double *restrict out, double *restrict jac)
 {
-    MG_ALONE
     for (size_t i = 0; i < n; ++i) {
         const double R_q_1 = in[0][i];
         const double R_q_2 = in[1][i];
@@ -333,7 +396,7 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t46 = l_0 * l_0;
         const double t47 = 2.0 * t46;
         const double t50 = 3.141592653589793 * (D_s_1 - 1.5);
-        const double t51 = cos(t50);
+        const double t51 = mg_cos(t50);
         const double t52 = t47 * t51;
         const double t53 = t20 * t52;
         const double t54 = t40 * t44 / t53;
@@ -346,7 +409,7 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t63 = D_s_2 - 2.0;
         const double t64 = pow(t41, t63);
         const double t67 = 3.141592653589793 * (D_s_2 - 1.5);
-        const double t68 = cos(t67);
+        const double t68 = mg_cos(t67);
         const double t69 = t47 * t68;
         const double t70 = t25 * t69;
         const double t71 = t62 * t64 / t70;
@@ -372,7 +435,7 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double E = 1.0 / t97;  /* (A7) equivalent elastic modulus */
         const double t99 = E * E;
         const double t100 = t90 * t99;
-        const double t101 = log(gamma_);
+        const double t101 = mg_log(gamma_);
         const double t103 = H * H;
         const double k_ = nu_1 * 0.41 + 0.454;  /* (A8) hardness coefficient */
         const double t108 = k_ * k_;
@@ -386,7 +449,7 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t118 = pow(76.4, t117);
         const double a2c = a1c * t118;  /* (A9) critical area, plastic below */
         const double t120 = a1c / a2c;
-        const double t121 = log(t120);
+        const double t121 = mg_log(t120);
         const double t124 = t37 * t121 * 0.5;
         const double t125 = mg_sinhc(t124);
         const double t128 = D_eq * 0.76;
@@ -411,8 +474,8 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t158 = 3.0 - D_eq;
         const double t160 = H * t46;
         const double t161 = D_eq - 1.0;
-        const double t166 = 2.0 * log(F * pow(psi, t152) * pow(t155, t152) * t158 / (t160 * t161)) / t161;
-        const double ln_a_l = solve_ln_a_l(D_eq, E, F, G_eq, H, H_G2, a1c, a2c, gamma_, l_0, psi, log(t149), t166);  /* (A3) logarithm of the largest area, which carries the load */
+        const double t165 = 2.0 * mg_log(F * pow(psi, t152) * pow(t155, t152) * t158 / (t160 * t161));
+        const double ln_a_l = solve_ln_a_l(D_eq, E, F, G_eq, H, H_G2, a1c, a2c, gamma_, l_0, psi, mg_log(t149), t165 / t161);  /* (A3) logarithm of the largest area, which carries the load */
         const double t169 = 2.5 - D_eq;
         const double t170 = 1.5 - t151;
         const double t171 = pow(psi, t170);
@@ -429,16 +492,16 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t191 = pow(t186, t190);
         const double F_1c = t161 * (t172 * t174 * t176) / t158 + 0.5 * (t125 * (t121 * (t161 * (t174 * t181 * t191))));  /* (A3) load up to which no asperity is elastic */
         const double t198 = (F_1c < F) ? 1.0 : 0.0;
-        const double t199 = exp(ln_a_l);
+        const double t199 = mg_exp(ln_a_l);
         const double t200 = (t198 != 0.0) ? t199 : 0.0;
         const double t201 = (!(t198 != 0.0)) ? 1.0 : 0.0;
         const double t227 = 1.0 - t151;
-        const double t236 = mg_sinhc(0.5 * (t227 * log(t46 * (t200 + ((t201 != 0.0) ? NAN : 0.0)) / a1c)));
+        const double t236 = mg_sinhc(0.5 * (t227 * mg_log(t46 * (t200 + ((t201 != 0.0) ? NAN : 0.0)) / a1c)));
         const double t237 = 0.76 - t132;
         const double t239 = 0.5 * (t121 * t237);
         const double t240 = mg_sinhc(t239);
         const double t242 = 4.0 - D_eq * 1.5;
-        const double t251 = mg_sinhc(0.5 * (t242 * log(t46 * (t200 + ((t201 != 0.0) ? NAN : 0.0)) / a1c)));
+        const double t251 = mg_sinhc(0.5 * (t242 * mg_log(t46 * (t200 + ((t201 != 0.0) ? NAN : 0.0)) / a1c)));
         const double t254 = sqrt(psi);
         const double t255 = 0.5 - t151;
         const double t256 = pow(psi, t255);
@@ -446,226 +509,226 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t258 = 1.0 / t161;
         const double t259 = pow(t257, t258);
         const double t260 = t254 * t259;
-        const double t261 = log(t260);
+        const double t261 = mg_log(t260);
         const double t263 = 0.5 * (t158 * t261);
         const double t264 = mg_sinhc(t263);
         const double t265 = mg_sinhc_slope(t263);
         const double t266 = mg_sinhc_slope(t124);
         const double t268 = t46 * t199 / a1c;
-        const double t269 = log(t268);
+        const double t269 = mg_log(t268);
         const double t271 = 0.5 * (t169 * t269);
         const double t272 = mg_sinhc(t271);
         const double t273 = mg_sinhc_slope(t271);
-        const double t301 = mg_sinhc_slope(0.5 * (t227 * log(t46 * (t200 + ((t201 != 0.0) ? NAN : 0.0)) / a1c)));
+        const double t301 = mg_sinhc_slope(0.5 * (t227 * mg_log(t46 * (t200 + ((t201 != 0.0) ? NAN : 0.0)) / a1c)));
         const double t302 = mg_sinhc_slope(t239);
-        const double t311 = mg_sinhc_slope(0.5 * (t242 * log(t46 * (t200 + ((t201 != 0.0) ? NAN : 0.0)) / a1c)));
-        const double t322 = t200 + ((t201 != 0.0) ? NAN : 0.0);
-        const double a_l = t46 * t322;  /* (A3) largest truncated area, where F > F_1c */
-        const double t324 = l_0 * 2.0;
-        const double t325 = pow(t82, t111);
-        const double t332 = sqrt(t101);
-        const double t337 = t172 * t176;
-        const double t338 = pow(t322, t173);
-        const double t350 = pow(2.0, 5.5 - D_eq);
-        const double t351 = t350 / t97;
-        const double t353 = pow(3.141592653589793, t151 - 2.0);
-        const double t354 = t351 * t353;
-        const double t355 = t46 * t354;
-        const double t356 = t171 * t355;
-        const double t357 = t325 * t356;
-        const double t360 = a1c * a_l / t185;
-        const double t367 = a_l / a1c;
-        const double t368 = log(t367);
-        const double t398 = l_0 / t97;
-        const double t399 = 0.7978845608028654 * t398;
-        const double t400 = t171 * t399;
-        const double t401 = t338 * t400;
-        const double t402 = 0.5 - D_eq * 0.25;
-        const double t403 = pow(t360, t402);
-        const double t404 = t401 * t403;
-        const double t405 = t161 * t404;
-        const double t406 = 4.0 - D_eq;
-        const double t407 = t405 * t406;
-        const double t408 = t368 * t407;
-        const double t410 = 3.0 * t158;
-        const double K_el = t236 * t408 / t410;  /* (A5) stiffness of elastic asperities */
-        const double t412 = l_0 * H_G2;
-        const double t413 = pow(2.0, t88);
-        const double t414 = t412 * t413;
-        const double t415 = pow(3.141592653589793, t170);
-        const double t416 = t414 * t415;
-        const double t417 = t171 * t416;
-        const double t418 = 2.0 - D_eq;
-        const double t419 = pow(t82, t418);
-        const double t420 = t417 * t419;
-        const double t421 = t338 * t420;
-        const double t424 = 0.38 - D_eq * 0.19;
-        const double t425 = pow(t186, t424);
-        const double t427 = t421 * t425 / t332;
-        const double t428 = t161 * t427;
-        const double t430 = 1.76 - t132;
-        const double t431 = t428 * t430;
-        const double t432 = t121 * t431;
-        const double K_ep = t240 * t432 / t158;  /* (A5) stiffness of elasto-plastic asperities */
-        const double K_n = K_el + K_ep;  /* (A5) normal stiffness */
-        const double t438 = pow(2.0, 9.5 - t79);
-        const double t439 = t438 / t97;
-        const double t442 = pow(3.141592653589793, D_eq - 3.5);
-        const double t443 = t439 * t442;
-        const double t444 = t184 * t443;
-        const double t445 = t171 * t444;
-        const double t446 = t79 - 4.0;
-        const double t447 = pow(t82, t446);
-        const double t448 = t445 * t447;
-        const double t449 = t338 * t448;
-        const double t451 = 2.0 - D_eq * 0.75;
-        const double t452 = pow(t360, t451);
-        const double t453 = t449 * t452;
-        const double t454 = t161 * t453;
-        const double t455 = t158 * t454;
-        const double t456 = t101 * t455;
-        const double t457 = t368 * t456;
-        const double t461 = 6.0 * (7.0 - t79);
-        const double W_e = t251 * t457 / t461;  /* (A11) elastic energy */
-        const double t463 = pow(2.0, t158);
-        const double t464 = H * t463;
-        const double t465 = pow(3.141592653589793, t152);
-        const double t466 = t464 * t465;
-        const double t467 = t184 * t466;
-        const double t468 = t171 * t467;
-        const double t469 = t325 * t468;
-        const double t470 = pow(t155, t158);
-        const double t471 = t469 * t470;
-        const double t472 = t338 * t471;
-        const double t473 = t332 * t472;
-        const double t476 = 5.0 - D_eq;
-        const double W_p = t161 * t473 / t476;  /* (A12) plastic energy */
+        const double t311 = mg_sinhc_slope(0.5 * (t242 * mg_log(t46 * (t200 + ((t201 != 0.0) ? NAN : 0.0)) / a1c)));
+        const double t312 = pow(2.0, t158);
+        const double t313 = H * t312;
+        const double t314 = pow(3.141592653589793, t152);
+        const double t315 = t313 * t314;
+        const double t316 = t184 * t315;
+        const double t317 = t171 * t316;
+        const double t318 = pow(t82, t111);
+        const double t319 = t317 * t318;
+        const double t320 = pow(t155, t158);
+        const double t321 = t319 * t320;
+        const double t324 = t200 + ((t201 != 0.0) ? NAN : 0.0);
+        const double t325 = pow(t324, t173);
+        const double t326 = t321 * t325;
+        const double t327 = sqrt(t101);
+        const double t328 = t326 * t327;
+        const double t331 = 5.0 - D_eq;
+        const double W_p = t161 * t328 / t331;  /* (A12) plastic energy */
+        const double t335 = pow(2.0, 9.5 - t79);
+        const double t336 = t335 / t97;
+        const double t339 = pow(3.141592653589793, D_eq - 3.5);
+        const double t340 = t336 * t339;
+        const double t341 = t184 * t340;
+        const double t342 = t171 * t341;
+        const double t343 = t79 - 4.0;
+        const double t344 = pow(t82, t343);
+        const double t345 = t342 * t344;
+        const double t346 = t325 * t345;
+        const double a_l = t46 * t324;  /* (A3) largest truncated area, where F > F_1c */
+        const double t349 = a1c * a_l / t185;
+        const double t352 = 2.0 - D_eq * 0.75;
+        const double t353 = pow(t349, t352);
+        const double t354 = t346 * t353;
+        const double t355 = t161 * t354;
+        const double t356 = t158 * t355;
+        const double t357 = t101 * t356;
+        const double t358 = a_l / a1c;
+        const double t359 = mg_log(t358);
+        const double t360 = t357 * t359;
+        const double t365 = 6.0 * (7.0 - t79);
+        const double W_e = t251 * t360 / t365;  /* (A11) elastic energy */
         const double eta = W_p / W_e;  /* (A4) loss factor, of the first loading */
-        const double t480 = sqrt(M * K_n);
-        const double R_n = eta * t480;  /* (A4) normal damping of the contact */
+        const double t369 = l_0 / t97;
+        const double t370 = 0.7978845608028654 * t369;
+        const double t371 = t171 * t370;
+        const double t372 = t325 * t371;
+        const double t375 = 0.5 - D_eq * 0.25;
+        const double t376 = pow(t349, t375);
+        const double t377 = t372 * t376;
+        const double t378 = t161 * t377;
+        const double t379 = 4.0 - D_eq;
+        const double t380 = t378 * t379;
+        const double t381 = t359 * t380;
+        const double t383 = 3.0 * t158;
+        const double K_el = t236 * t381 / t383;  /* (A5) stiffness of elastic asperities */
+        const double t385 = l_0 * H_G2;
+        const double t386 = pow(2.0, t88);
+        const double t387 = t385 * t386;
+        const double t388 = pow(3.141592653589793, t170);
+        const double t389 = t387 * t388;
+        const double t390 = t171 * t389;
+        const double t391 = 2.0 - D_eq;
+        const double t392 = pow(t82, t391);
+        const double t393 = t390 * t392;
+        const double t394 = t325 * t393;
+        const double t397 = 0.38 - D_eq * 0.19;
+        const double t398 = pow(t186, t397);
+        const double t400 = t394 * t398 / t327;
+        const double t401 = t161 * t400;
+        const double t403 = 1.76 - t132;
+        const double t404 = t401 * t403;
+        const double t405 = t121 * t404;
+        const double K_ep = t240 * t405 / t158;  /* (A5) stiffness of elasto-plastic asperities */
+        const double K_n = K_el + K_ep;  /* (A5) normal stiffness */
+        const double t410 = sqrt(M * K_n);
+        const double R_n = eta * t410;  /* (A4) normal damping of the contact */
+        const double t420 = l_0 * 2.0;
+        const double t431 = t172 * t176;
+        const double t443 = pow(2.0, 5.5 - D_eq);
+        const double t444 = t443 / t97;
+        const double t446 = pow(3.141592653589793, t151 - 2.0);
+        const double t447 = t444 * t446;
+        const double t448 = t46 * t447;
+        const double t449 = t171 * t448;
+        const double t450 = t318 * t449;
         const double t482 = R_q_1 * 2.0;
         const double t485 = pow(t54, t56 - 1.0) / t55;
         const double t488 = t59 * pow(t57, t59 - 1.0);
         const double t491 = pow(t78, t81 - 1.0) / t80;
-        const double t496 = eta / (2.0 * t480);
+        const double t496 = eta / (2.0 * t410);
         const double t497 = M * t496;
         const double t498 = t497 / t158;
         const double t499 = t240 * t498;
         const double t500 = t121 * t499;
-        const double t501 = t430 * t500;
+        const double t501 = t403 * t500;
         const double t502 = t161 * t501;
-        const double t503 = t502 / t332;
-        const double t504 = t425 * t503;
-        const double t505 = t338 * t504;
-        const double t506 = t417 * t505;
-        const double t512 = t480 * (eta / W_e);
-        const double t513 = t512 / t461;
+        const double t503 = t502 / t327;
+        const double t504 = t398 * t503;
+        const double t505 = t325 * t504;
+        const double t506 = t390 * t505;
+        const double t512 = t410 * (eta / W_e);
+        const double t513 = t512 / t365;
         const double t514 = t251 * t513;
-        const double t515 = t368 * t514;
+        const double t515 = t359 * t514;
         const double t516 = t101 * t515;
         const double t517 = t158 * t516;
         const double t518 = t161 * t517;
-        const double t519 = t452 * t518;
-        const double t520 = t338 * t519;
-        const double t521 = t445 * t520;
+        const double t519 = t353 * t518;
+        const double t520 = t325 * t519;
+        const double t521 = t342 * t520;
         const double t526 = t139 * pow(t82, t139 - 1.0);
-        const double t528 = t419 * t505;
+        const double t528 = t392 * t505;
         const double t529 = t171 * t528;
-        const double t530 = t415 * t529;
-        const double t531 = t413 * t530;
+        const double t530 = t388 * t529;
+        const double t531 = t386 * t530;
         const double t533 = 0.3333333333333333 * (l_0 * t531);
         const double t534 = t146 * t533;
         const double t535 = t144 * t534;
         const double t536 = t138 * t535;
-        const double t538 = t418 * pow(t82, t418 - 1.0) * t506 - t446 * pow(t82, t446 - 1.0) * t521 + t526 * t536;
+        const double t538 = t391 * pow(t82, t391 - 1.0) * t506 - t343 * pow(t82, t343 - 1.0) * t521 + t526 * t536;
         const double t539 = 2.0 * G_eq;
-        const double t541 = t431 * t499 / t120;
-        const double t546 = t421 * t503;
-        const double t547 = t424 * pow(t186, t424 - 1.0) * t546;
+        const double t541 = t404 * t499 / t120;
+        const double t546 = t394 * t503;
+        const double t547 = t397 * pow(t186, t397 - 1.0) * t546;
         const double t548 = t547 / t185;
-        const double t551 = t367 / a1c;
-        const double t552 = t497 / t410;
+        const double t551 = t358 / a1c;
+        const double t552 = t497 / t383;
         const double t553 = t236 * t552;
-        const double t555 = t407 * t553 / t367;
-        const double t561 = t368 * t553;
-        const double t562 = t406 * t561;
+        const double t555 = t380 * t553 / t358;
+        const double t561 = t359 * t553;
+        const double t562 = t379 * t561;
         const double t563 = t161 * t562;
-        const double t564 = t401 * t563;
-        const double t565 = t402 * pow(t360, t402 - 1.0) * t564;
+        const double t564 = t372 * t563;
+        const double t565 = t375 * pow(t349, t375 - 1.0) * t564;
         const double t566 = t565 / t185;
-        const double t570 = t456 * t514 / t367;
-        const double t576 = t449 * t518;
-        const double t577 = t451 * pow(t360, t451 - 1.0) * t576;
+        const double t570 = t357 * t514 / t358;
+        const double t576 = t346 * t518;
+        const double t577 = t352 * pow(t349, t352 - 1.0) * t576;
         const double t578 = t577 / t185;
         const double t580 = t541 / a2c + a2c * t548 - t551 * t555 + a_l * t566 + t551 * t570 - a_l * t578;
         const double t582 = t120 / a2c;
-        const double t588 = t480 / W_e;
-        const double t589 = t588 / t476;
+        const double t588 = t410 / W_e;
+        const double t589 = t588 / t331;
         const double t590 = t161 * t589;
-        const double t591 = t332 * t590;
-        const double t592 = t338 * t591;
-        const double t593 = t469 * t592;
+        const double t591 = t327 * t590;
+        const double t592 = t325 * t591;
+        const double t593 = t319 * t592;
         const double t594 = t158 * pow(t155, t158 - 1.0) * t593;
         const double t596 = a1c * t548 - t541 * t582 + t594 / t46;
         const double t598 = t580 + t118 * t596;
         const double t600 = t539 * (t113 * t598);
         const double t605 = t111 * pow(t82, t111 - 1.0);
-        const double t606 = t470 * t592;
-        const double t607 = t468 * t606;
+        const double t606 = t320 * t592;
+        const double t607 = t317 * t606;
         const double t609 = t538 + l_0 * t600 + t605 * t607;
         const double t610 = t491 * t609;
         const double t611 = t488 * t610;
         const double t612 = t485 * t611;
         const double t613 = t612 / t53;
         const double t619 = (-0.041) * pow(t15, (-1.041));
-        const double t620 = sin(t50);
+        const double t620 = mg_sin(t50);
         const double t621 = t54 / t53;
         const double t622 = t612 * t621;
         const double t623 = t20 * t622;
-        const double t627 = log(t41);
+        const double t627 = mg_log(t41);
         const double t628 = t44 * t627;
         const double t629 = t40 * t613;
-        const double t633 = t60 * log(t57);
+        const double t633 = t60 * mg_log(t57);
         const double t636 = (D_2 <= D_1) ? 1.0 : 0.0;
         const double t637 = (D_1 <= D_2) ? 1.0 : 0.0;
         const double t638 = t636 + t637;
         const double t639 = t636 / t638;
-        const double t647 = log(t186);
-        const double t651 = t497 * (K_ep / t158) - 0.38 * (t428 * t500) + t427 * t501 - 0.19 * (t546 * (t425 * t647));
-        const double t652 = log(t82);
-        const double t657 = t338 * log(t322);
-        const double t658 = t420 * t504;
-        const double t660 = log(psi);
+        const double t647 = mg_log(t186);
+        const double t651 = t497 * (K_ep / t158) - 0.38 * (t401 * t500) + t400 * t501 - 0.19 * (t546 * (t398 * t647));
+        const double t652 = mg_log(t82);
+        const double t657 = t325 * mg_log(t324);
+        const double t658 = t393 * t504;
+        const double t660 = mg_log(psi);
         const double t661 = t171 * t660;
-        const double t662 = t416 * t528;
-        const double t670 = 0.5 * (t657 * t658 - (t661 * t662 + t415 * 1.1447298858494002 * (t414 * t529)));
-        const double t676 = t651 - t506 * (t419 * t652) + t670 + t413 * 0.6931471805599453 * (t412 * t530);
-        const double t685 = log(t360);
-        const double t689 = t676 + 3.0 * (t497 * (K_el / t410)) - t405 * t561 + t404 * t562 - 0.25 * (t564 * (t403 * t685));
-        const double t690 = t403 * t563;
-        const double t691 = t400 * t690;
-        const double t693 = t338 * t690;
-        const double t694 = t399 * t693;
-        const double t706 = t689 + 0.5 * (t657 * t691 - t661 * t694) + t454 * t516 - t453 * t517 + 0.75 * (t576 * (t452 * t685));
-        const double t707 = t447 * t520;
-        const double t708 = t444 * t707;
-        const double t710 = t448 * t519;
+        const double t662 = t389 * t528;
+        const double t670 = 0.5 * (t657 * t658 - (t661 * t662 + t388 * 1.1447298858494002 * (t387 * t529)));
+        const double t676 = t651 - t506 * (t392 * t652) + t670 + t386 * 0.6931471805599453 * (t385 * t530);
+        const double t685 = mg_log(t349);
+        const double t689 = t676 + 3.0 * (t497 * (K_el / t383)) - t378 * t561 + t377 * t562 - 0.25 * (t564 * (t376 * t685));
+        const double t690 = t376 * t563;
+        const double t691 = t371 * t690;
+        const double t693 = t325 * t690;
+        const double t694 = t370 * t693;
+        const double t706 = t689 + 0.5 * (t657 * t691 - t661 * t694) + t355 * t516 - t354 * t517 + 0.75 * (t576 * (t353 * t685));
+        const double t707 = t344 * t520;
+        const double t708 = t341 * t707;
+        const double t710 = t345 * t519;
         const double t716 = t171 * t707;
         const double t717 = t184 * t716;
-        const double t720 = t706 + 0.5 * (t661 * t708 - t657 * t710) - t442 * 1.1447298858494002 * (t439 * t717);
-        const double t722 = t442 * t717;
-        const double t731 = t438 * 0.6931471805599453 * (t722 / t97) - (6.0 * (t512 * (W_e / t461)) + t521 * (t447 * t652));
+        const double t720 = t706 + 0.5 * (t661 * t708 - t657 * t710) - t339 * 1.1447298858494002 * (t336 * t717);
+        const double t722 = t339 * t717;
+        const double t731 = t335 * 0.6931471805599453 * (t722 / t97) - (6.0 * (t512 * (W_e / t365)) + t521 * (t344 * t652));
         const double t739 = t135 * 1.1447298858494002;
         const double t740 = t140 * t535;
         const double t741 = t137 * t740;
-        const double t745 = t720 + 2.0 * t731 + t588 * (W_p / t476) + t473 * t589 + 0.38 * (t739 * (t130 * t741));
+        const double t745 = t720 + 2.0 * t731 + t588 * (W_p / t331) + t328 * t589 + 0.38 * (t739 * (t130 * t741));
         const double t746 = t140 * t652;
         const double t748 = t130 * 0.6931471805599453;
         const double t754 = t117 / t111;
         const double t756 = t118 * 4.335982696172475;
         const double t760 = t745 + 0.76 * (t536 * t746 - t748 * (t135 * t741)) - t754 * (t756 * (a1c * t596));
         const double t761 = t112 / t111;
-        const double t763 = t113 * log(t110);
+        const double t763 = t113 * mg_log(t110);
         const double t764 = t84 * t598;
         const double t768 = t89 * 1.1447298858494002;
         const double t771 = pow(t110, t112 - 1.0) / t111;
@@ -675,21 +738,21 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t775 = t99 * t774;
         const double t779 = t87 * 0.6931471805599453;
         const double t785 = t760 - t761 * (t763 * t764) + t768 * (t87 * t775) - 2.0 * (t779 * (t89 * t775));
-        const double t786 = t325 * t652;
+        const double t786 = t318 * t652;
         const double t789 = t81 / t80;
-        const double t791 = t82 * log(t78);
-        const double t798 = t471 * t591;
-        const double t800 = t325 * t606;
-        const double t801 = t467 * t800;
+        const double t791 = t82 * mg_log(t78);
+        const double t798 = t321 * t591;
+        const double t800 = t318 * t606;
+        const double t801 = t316 * t800;
         const double t805 = t171 * t800;
         const double t806 = t184 * t805;
-        const double t810 = 0.5 * (t657 * t798 - t661 * t801 + t465 * 1.1447298858494002 * (t464 * t806));
-        const double t812 = log(t155);
-        const double t816 = t465 * t806;
-        const double t820 = t785 + t607 * t786 - 2.0 * (t789 * (t609 * t791)) + t810 - (t593 * (t470 * t812) + t463 * 0.6931471805599453 * (H * t816));
+        const double t810 = 0.5 * (t657 * t798 - t661 * t801 + t314 * 1.1447298858494002 * (t313 * t806));
+        const double t812 = mg_log(t155);
+        const double t816 = t314 * t806;
+        const double t820 = t785 + t607 * t786 - 2.0 * (t789 * (t609 * t791)) + t810 - (t593 * (t320 * t812) + t312 * 0.6931471805599453 * (H * t816));
         const double t823 = 3.141592653589793 * (t620 * (t47 * t623)) + t628 * t629 + (2.0 * (t610 * t633) + t639 * t820);
         const double t825 = t56 / t55;
-        const double t827 = t57 * log(t54);
+        const double t827 = t57 * mg_log(t54);
         const double t832 = t619 * (0.8785590491724309 * t823 - 1.7571180983448618 * (t825 * (t611 * t827)));
         const double t835 = t52 * t622;
         const double t836 = t20 * mg_digamma(t19);
@@ -705,9 +768,9 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t855 = t170 * pow(t853, t841);
         const double t858 = t851 * pow(t257, t851 - 1.0);
         const double t861 = (-0.5) * (t256 * t660);
-        const double t863 = log(t257);
+        const double t863 = mg_log(t257);
         const double t871 = pow(t853, t170);
-        const double t874 = t855 * (t254 * (t858 * t861 - t852 * t863 * (t851 / t161))) + (-0.5) * (log(t853) * t871);
+        const double t874 = t855 * (t254 * (t858 * t861 - t852 * t863 * (t851 / t161))) + (-0.5) * (mg_log(t853) * t871);
         const double t878 = pow(t257, t258 - 1.0) / t161;
         const double t881 = t258 / t161;
         const double t885 = t254 * (t861 * t878 - t259 * t863 * t881) / t260;
@@ -720,19 +783,19 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t918 = t264 * (t261 * (t855 * (t852 / t901 + t254 * (t858 * t905))) + t871 * t915);
         const double t923 = t918 + t890 * (t265 * (0.5 * (t158 * t915)));
         const double t924 = t896 * (t898 / l_0) / t923;
-        const double t929 = t173 * pow(t322, t173 - 1.0);
+        const double t929 = t173 * pow(t324, t173 - 1.0);
         const double t939 = t555 / a1c + a1c * t566 - t570 / a1c - a1c * t578;
         const double t946 = t199 * (t658 * t929 + t691 * t929 + t46 * t939 - t710 * t929 + t798 * t929);
-        const double t947 = t161 * t337;
-        const double t949 = exp(ln_a_l * t173);
+        const double t947 = t161 * t431;
+        const double t949 = mg_exp(ln_a_l * t173);
         const double t951 = t947 * t949 / t158;
         const double t953 = 1.0 / F;
         const double t954 = sqrt(t149);
-        const double t956 = exp(0.5 * ln_a_l);
+        const double t956 = mg_exp(0.5 * ln_a_l);
         const double t957 = t954 * t956;
         const double t958 = pow(t957, t169);
-        const double t959 = t357 * t958;
-        const double t960 = t332 * t959;
+        const double t959 = t450 * t958;
+        const double t960 = t327 * t959;
         const double t961 = t161 * t960;
         const double t962 = t949 * t961;
         const double t963 = t269 * t962;
@@ -752,24 +815,24 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t994 = t272 * (t975 * 0.16666666666666666);
         const double t995 = t269 * t994;
         const double t996 = t949 * t995;
-        const double t999 = t951 / t158 * t975 - 0.44 * (t191 * t647 * t983) + (t967 * t981 + t337 * t989 + t960 * t996);
+        const double t999 = t951 / t158 * t975 - 0.44 * (t191 * t647 * t983) + (t967 * t981 + t431 * t989 + t960 * t996);
         const double t1002 = t161 * t996;
-        const double t1003 = t332 * t1002;
-        const double t1004 = t357 * t1003;
+        const double t1003 = t327 * t1002;
+        const double t1004 = t450 * t1003;
         const double t1007 = t958 * t1003;
-        const double t1008 = t356 * t1007;
+        const double t1008 = t449 * t1007;
         const double t1016 = t949 * (t968 * t980 + t947 * t988 + t961 * t995);
         const double t1019 = t161 * t989;
         const double t1020 = t172 * t1019;
         const double t1022 = t191 * t982;
         const double t1024 = t176 * t1019;
-        const double t1027 = t325 * t1007;
-        const double t1029 = t180 * t1022 + t160 * t1024 + t355 * t1027;
+        const double t1027 = t318 * t1007;
+        const double t1029 = t180 * t1022 + t160 * t1024 + t448 * t1027;
         const double t1034 = t171 * t1027;
         const double t1035 = t46 * t1034;
-        const double t1038 = ln_a_l * t1016 - (t176 * t812 * t1020 + t661 * t1029) + t353 * 1.1447298858494002 * (t351 * t1035);
-        const double t1042 = t353 * t1035;
-        const double t1045 = t999 - t958 * log(t957) * t1004 + t786 * t1008 + 0.5 * t1038 - t350 * 0.6931471805599453 * (t1042 / t97);
+        const double t1038 = ln_a_l * t1016 - (t176 * t812 * t1020 + t661 * t1029) + t446 * 1.1447298858494002 * (t444 * t1035);
+        const double t1042 = t446 * t1035;
+        const double t1045 = t999 - t958 * mg_log(t957) * t1004 + t786 * t1008 + 0.5 * t1038 - t443 * 0.6931471805599453 * (t1042 / t97);
         const double t1048 = t963 * 0.16666666666666666 / F / t974;
         const double t1054 = 0.5 * t970 / F / t974;
         const double t1059 = t1045 - (t1048 * (t273 * (0.5 * t269)) + t1054 * (t266 * (t121 * 0.44)));
@@ -811,8 +874,8 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t1220 = t1158 / a1c;
         const double t1225 = t199 * (t46 * t1211) + t173 * t1016 + 0.5 * (t956 * (t954 * t1146)) + t1048 * (t273 * (t199 * (t46 * t1220)));
         const double t1226 = (t1207 - t924 * t1208) / t1225;
-        const double t1231 = t408 * t552;
-        const double t1233 = 0.5 * t227 / t367;
+        const double t1231 = t381 * t552;
+        const double t1233 = 0.5 * t227 / t358;
         const double t1234 = t551 * t1233;
         const double t1236 = t539 * (t113 * t1234);
         const double t1237 = l_0 * t1236;
@@ -824,7 +887,7 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t1252 = t101 * t1251;
         const double t1253 = t99 * t1252;
         const double t1260 = t761 * (t763 * t1247) - t768 * (t87 * t1253) + 2.0 * (t779 * (t89 * t1253));
-        const double t1266 = t1260 + 2.0 * (t789 * (t791 * t1237)) - t368 * 0.25;
+        const double t1266 = t1260 + 2.0 * (t789 * (t791 * t1237)) - t359 * 0.25;
         const double t1269 = t485 * t1239;
         const double t1270 = t621 * t1269;
         const double t1271 = t20 * t1270;
@@ -838,7 +901,7 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t1294 = t52 * t1270;
         const double t1297 = t1282 / l_0 - t482 * (3.141592653589793 * (t44 * t1275)) + (((t198 != 0.0) ? (-(t1226 * t1290)) : 0.0) - t839 * t1294);
         const double t1300 = t835 * t839 - t850 * t924 + ((t198 != 0.0) ? (-(t946 * t1226)) : 0.0) + t1231 * (t301 * t1297);
-        const double t1301 = t432 * t498;
+        const double t1301 = t405 * t498;
         const double t1303 = 0.5 * t237 / t120;
         const double t1305 = t582 * t1303;
         const double t1307 = t1303 / a2c - t118 * t1305;
@@ -862,8 +925,8 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t1364 = t619 * t1363;
         const double t1372 = 0.5 * (t237 * ((t582 * t1203 - t1181 / a2c) / t120));
         const double t1375 = t302 * (t482 * (3.141592653589793 * (t44 * t1314)) + t1364 / l_0 - t839 * t1372);
-        const double t1378 = t457 * t513;
-        const double t1380 = 0.5 * t242 / t367;
+        const double t1378 = t360 * t513;
+        const double t1380 = 0.5 * t242 / t358;
         const double t1381 = t551 * t1380;
         const double t1383 = t539 * (t113 * t1381);
         const double t1384 = l_0 * t1383;
@@ -875,7 +938,7 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t1399 = t101 * t1398;
         const double t1400 = t99 * t1399;
         const double t1407 = t761 * (t763 * t1394) - t768 * (t87 * t1400) + 2.0 * (t779 * (t89 * t1400));
-        const double t1413 = t1407 + 2.0 * (t789 * (t791 * t1384)) - t368 * 0.75;
+        const double t1413 = t1407 + 2.0 * (t789 * (t791 * t1384)) - 0.75 * t359;
         const double t1416 = t485 * t1386;
         const double t1417 = t621 * t1416;
         const double t1418 = t20 * t1417;
@@ -896,17 +959,17 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t1457 = t1452 * t1456;
         const double t1458 = t1457 / t70;
         const double t1463 = (-0.041) * pow(t21, (-1.041));
-        const double t1464 = sin(t67);
+        const double t1464 = mg_sin(t67);
         const double t1465 = t71 / t70;
         const double t1466 = t1457 * t1465;
         const double t1467 = t25 * t1466;
         const double t1471 = t64 * t627;
         const double t1472 = t62 * t1458;
-        const double t1476 = t77 * log(t74);
+        const double t1476 = t77 * mg_log(t74);
         const double t1479 = t637 / t638;
         const double t1482 = 3.141592653589793 * (t1464 * (t47 * t1467)) + t1471 * t1472 + (2.0 * (t610 * t1476) + t820 * t1479);
         const double t1484 = t73 / t72;
-        const double t1486 = t74 * log(t71);
+        const double t1486 = t74 * mg_log(t71);
         const double t1490 = 0.8785590491724309 * t1482 - 1.7571180983448618 * (t1484 * (t1456 * t1486));
         const double t1491 = t1463 * t1490;
         const double t1494 = t69 * t1466;
@@ -988,7 +1051,7 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t1792 = t1703 * t1728;
         const double t1794 = t1423 * t1733;
         const double t1798 = t311 * (((t198 != 0.0) ? (-(t1437 * t1765)) : 0.0) - (t1792 / l_0 + t1794 / l_0));
-        const double t1802 = t350 * t1042;
+        const double t1802 = t443 * t1042;
         const double t1803 = E / t97;
         const double t1804 = t96 / E_1;
         const double t1805 = t1803 * t1804;
@@ -1004,7 +1067,7 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t1857 = t1803 * (t1818 * (t90 * t1399));
         const double t1861 = t1378 * (t311 * (((t198 != 0.0) ? (-(t1437 * t1830)) : 0.0) - t1804 * t1857));
         const double t1867 = 0.7978845608028654 * (t171 * t693);
-        const double t1876 = t722 * (t439 / t97) - t398 / t97 * t1867 - t1803 * (t1809 * (t136 * t740) + t1818 * (t90 * t774));
+        const double t1876 = t722 * (t336 / t97) - t369 / t97 * t1867 - t1803 * (t1809 * (t136 * t740) + t1818 * (t90 * t774));
         const double t1879 = t93 / E_2;
         const double t1880 = t1803 * t1879;
         const double t1888 = t1101 * (0.3333333333333333 * (t146 * (t144 * (t140 * (t136 * (t1809 * t1880))))));
@@ -1049,11 +1112,11 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t2105 = t301 * (t2072 * (t108 * t1979) + ((t198 != 0.0) ? (-(t1290 * t2095)) : 0.0));
         const double t2112 = ((t198 != 0.0) ? (-(t946 * t2095)) : 0.0) + t1231 * t2105 - t1301 * (t302 * (t2072 * (t108 * t1995)));
         const double t2119 = t311 * (t2072 * (t108 * t2003) + ((t198 != 0.0) ? (-(t1437 * t2095)) : 0.0));
-        const double t2122 = k_ * t1931 - t2072 * (t108 * t1935) + t463 * t816 + (t2112 - t1378 * t2119);
+        const double t2122 = k_ * t1931 - t2072 * (t108 * t1935) + t312 * t816 + (t2112 - t1378 * t2119);
         const double t2123 = t953 / t1225;
         const double t2132 = t946 * t2123 + t1231 * (t301 * (t1290 * t2123)) - t1378 * (t311 * (t1437 * t2123));
-        const double t2136 = 2.0 * t332;
-        const double t2146 = t472 * t590 / t2136 / gamma_ - (t502 * (t427 / t332) / t2136 / gamma_ + t455 * t515 / gamma_);
+        const double t2136 = 2.0 * t327;
+        const double t2146 = t326 * t590 / t2136 / gamma_ - (t502 * (t400 / t327) / t2136 / gamma_ + t356 * t515 / gamma_);
         const double t2149 = 0.38 * pow(t101, (-0.62));
         const double t2164 = t84 * (t771 * (t100 / gamma_ / t109));
         const double t2169 = t1101 * (0.3333333333333333 * (t145 * (t2149 / gamma_))) + t1163 * t2164 + t1197 * (t118 * t2164);
@@ -1065,20 +1128,20 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t2203 = t186 / t185;
         const double t2204 = t547 * t2203;
         const double t2206 = l_0 * t2204;
-        const double t2213 = t360 / t185;
+        const double t2213 = t349 / t185;
         const double t2214 = t565 * t2213;
-        const double t2216 = H_G2 * t531 - (t184 * t2204 + t46 * t2206 + t324 * (l_0 * t2206)) - t184 * t2214;
+        const double t2216 = H_G2 * t531 - (t184 * t2204 + t46 * t2206 + t420 * (l_0 * t2206)) - t184 * t2214;
         const double t2217 = l_0 * t2214;
         const double t2225 = t577 * t2213;
         const double t2228 = l_0 * t2225;
-        const double t2230 = t2216 - t46 * t2217 - t324 * (l_0 * t2217) + t1867 / t97 + t184 * t2225 + t46 * t2228;
-        const double t2237 = t443 * t716;
-        const double t2242 = t2230 + t324 * (l_0 * t2228) + t324 * (t322 * t939) - t46 * t2237 - t324 * (l_0 * t2237);
+        const double t2230 = t2216 - t46 * t2217 - t420 * (l_0 * t2217) + t1867 / t97 + t184 * t2225 + t46 * t2228;
+        const double t2237 = t340 * t716;
+        const double t2242 = t2230 + t420 * (l_0 * t2228) + t420 * (t324 * t939) - t46 * t2237 - t420 * (l_0 * t2237);
         const double t2243 = t155 / t46;
-        const double t2255 = t2242 - t324 * (t594 * t2243) + t82 * t600 - t324 * (2.0 * (t68 * t1467));
+        const double t2255 = t2242 - t420 * (t594 * t2243) + t82 * t600 - t420 * (2.0 * (t68 * t1467));
         const double t2256 = t41 / l_0;
-        const double t2268 = t466 * t805;
-        const double t2270 = t2255 - t1729 * t2256 - t324 * (2.0 * (t51 * t623)) - t1734 * t2256 + t46 * t2268;
+        const double t2268 = t315 * t805;
+        const double t2270 = t2255 - t1729 * t2256 - t420 * (2.0 * (t51 * t623)) - t1734 * t2256 + t46 * t2268;
         const double t2274 = t21 / l_0;
         const double t2277 = t15 / l_0;
         const double t2284 = t896 * (t1501 * t2274 + t898 * t2277) / t923;
@@ -1111,17 +1174,17 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         const double t2436 = H_G2 * t1100 - t1191 * t2243 + H * t2078 + t199 * t1211 - t1149 * (t149 / t46);
         const double t2440 = t1134 * t2203;
         const double t2442 = l_0 * t2440;
-        const double t2451 = t324 * (t2436 + t354 * t1034) - (t184 * t2440 + t46 * t2442 + t324 * (l_0 * t2442) + t1063 * (t82 / l_0));
-        const double t2459 = t2426 + (t2451 + t1048 * (t273 * (t324 * (t199 * t1220)))) + t1208 * t2284;
+        const double t2451 = t420 * (t2436 + t447 * t1034) - (t184 * t2440 + t46 * t2442 + t420 * (l_0 * t2442) + t1063 * (t82 / l_0));
+        const double t2459 = t2426 + (t2451 + t1048 * (t273 * (t420 * (t199 * t1220)))) + t1208 * t2284;
         const double t2460 = t2459 / t1225;
         const double t2464 = t850 * t2284 - (t835 * t2288 + t1494 * t2292) + ((t198 != 0.0) ? (-(t946 * t2460)) : 0.0);
-        const double t2475 = t324 * (2.0 * (t68 * t1621)) - t82 * t1236 + t1772 * t2256 + t324 * (2.0 * (t51 * t1271));
-        const double t2484 = t2475 + t1774 * t2256 + t324 * (t322 * t1288) - t1632 * t2274 - t1282 * t2277;
+        const double t2475 = t420 * (2.0 * (t68 * t1621)) - t82 * t1236 + t1772 * t2256 + t420 * (2.0 * (t51 * t1271));
+        const double t2484 = t2475 + t1774 * t2256 + t420 * (t324 * t1288) - t1632 * t2274 - t1282 * t2277;
         const double t2491 = t1294 * t2288 + t1641 * t2292 + ((t198 != 0.0) ? (-(t1290 * t2460)) : 0.0);
-        const double t2512 = t82 * t1309 - t324 * (2.0 * (t68 * t1655)) - t1781 * t2256 - t324 * (2.0 * (t51 * t1319));
+        const double t2512 = t82 * t1309 - t420 * (2.0 * (t68 * t1655)) - t1781 * t2256 - t420 * (2.0 * (t51 * t1319));
         const double t2522 = t2512 - t1783 * t2256 - t1672 * t2274 - t1364 * t2277 + (t1372 * t2288 + t1680 * t2292);
-        const double t2536 = t324 * (2.0 * (t68 * t1698)) - t82 * t1383 + t1792 * t2256 + t324 * (2.0 * (t51 * t1418));
-        const double t2545 = t2536 + t1794 * t2256 + t324 * (t322 * t1435) - t1709 * t2274 - t1429 * t2277;
+        const double t2536 = t420 * (2.0 * (t68 * t1698)) - t82 * t1383 + t1792 * t2256 + t420 * (2.0 * (t51 * t1418));
+        const double t2545 = t2536 + t1794 * t2256 + t420 * (t324 * t1435) - t1709 * t2274 - t1429 * t2277;
         const double t2552 = t1441 * t2288 + t1718 * t2292 + ((t198 != 0.0) ? (-(t1437 * t2460)) : 0.0);
         const double t2556 = t2464 + t1231 * (t301 * (t2484 + t2491)) + t1301 * (t302 * t2522) - t1378 * (t311 * (t2545 + t2552));
         out[0 * stride + i] = R_n;
@@ -1136,7 +1199,7 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         jac[8 * stride + i] = ((t198 != 0.0) ? t2132 : 0.0);
         jac[9 * stride + i] = (K_n * t496);
         jac[10 * stride + i] = t2201;
-        jac[11 * stride + i] = (t2270 + t324 * (l_0 * t2268) - t1491 * t2274 - t832 * t2277 + t2556);
+        jac[11 * stride + i] = (t2270 + t420 * (l_0 * t2268) - t1491 * t2274 - t832 * t2277 + t2556);
     }
 }
 
@@ -1219,41 +1282,41 @@ void contact_damping_all(const size_t n, const size_t stride, const double *cons
         const double t219 = mg_sinhc(0.5 * (t170 * log(t46 * (t200 + ((t201 != 0.0) ? NAN : 0.0)) / a1c)));
         const double t235 = 0.5 * ((1.0 - t151) * log(t46 * (t200 + ((t201 != 0.0) ? NAN : 0.0)) / a1c));
         const double t249 = (4.0 - D_eq * 1.5) * log(t46 * (t200 + ((t201 != 0.0) ? NAN : 0.0)) / a1c);
+        const double t318 = pow(t82, t111);
+        const double t319 = t171 * (t184 * (H * pow(2.0, t158) * pow(3.141592653589793, t152))) * t318;
+        const double t324 = t200 + ((t201 != 0.0) ? NAN : 0.0);
+        const double t325 = pow(t324, t173);
+        const double t327 = sqrt(t101);
+        const double W_p = t161 * (t319 * pow(t155, t158) * t325 * t327) / (5.0 - D_eq);  /* (A12) plastic energy */
+        const double t342 = t171 * (t184 * (pow(2.0, 9.5 - t79) / t97 * pow(3.141592653589793, D_eq - 3.5)));
+        const double a_l = t46 * t324;  /* (A3) largest truncated area, where F > F_1c */
+        const double t349 = a1c * a_l / t185;
+        const double t355 = t161 * (t325 * (t342 * pow(t82, t79 - 4.0)) * pow(t349, 2.0 - D_eq * 0.75));
+        const double t359 = log(a_l / a1c);
+        const double W_e = mg_sinhc(0.5 * t249) * (t101 * (t158 * t355) * t359) / (6.0 * (7.0 - t79));  /* (A11) elastic energy */
+        const double eta = W_p / W_e;  /* (A4) loss factor, of the first loading */
+        const double t374 = D_eq * 0.25;
+        const double t377 = t325 * (t171 * (0.7978845608028654 * (l_0 / t97))) * pow(t349, 0.5 - t374);
+        const double K_el = mg_sinhc(t235) * (t359 * (t161 * t377 * (4.0 - D_eq))) / (3.0 * t158);  /* (A5) stiffness of elastic asperities */
+        const double t393 = t171 * (l_0 * H_G2 * pow(2.0, t88) * pow(3.141592653589793, t170)) * pow(t82, 2.0 - D_eq);
+        const double t404 = t161 * (t325 * t393 * pow(t186, 0.38 - D_eq * 0.19) / t327) * (1.76 - t132);
+        const double K_ep = mg_sinhc(0.5 * (t121 * (0.76 - t132))) * (t121 * t404) / t158;  /* (A5) stiffness of elasto-plastic asperities */
+        const double K_n = K_el + K_ep;  /* (A5) normal stiffness */
+        const double R_n = eta * sqrt(M * K_n);  /* (A4) normal damping of the contact */
         const double G_1 = l_0 * t57;  /* (18) fractal roughness */
         const double G_2 = l_0 * t74;
-        const double t318 = pow(t149, 0.32 - D_eq * 0.16);
-        const double H_G1 = 2.0 * t318;  /* (A6) closed by ?^1.16 */
-        const double t322 = t200 + ((t201 != 0.0) ? NAN : 0.0);
-        const double a_l = t46 * t322;  /* (A3) largest truncated area, where F > F_1c */
-        const double t325 = pow(t82, t111);
-        const double t332 = sqrt(t101);
-        const double beta_l = l_0 * 2.0 * t325 * pow(1.1283791670955126 * sqrt(t322), t158) * t332;  /* (A1) deformation of the largest asperity, a_l = pi r_2^2 */
+        const double t418 = pow(t149, 0.32 - D_eq * 0.16);
+        const double H_G1 = 2.0 * t418;  /* (A6) closed by ?^1.16 */
+        const double beta_l = t327 * (t318 * (l_0 * 2.0) * pow(1.1283791670955126 * sqrt(t324), t158));  /* (A1) deformation of the largest asperity, a_l = pi r_2^2 */
         const double R_l = a_l / (beta_l * 6.283185307179586);  /* (A2) its radius of curvature */
-        const double t338 = pow(t322, t173);
-        const double F_pl = t161 * (t172 * t176 * t338) / t158;  /* (A3) load on plastic asperities */
-        const double F_ep = 0.5 * (t125 * (t121 * (t161 * (t191 * (t181 * t338)))));  /* (A3) load on elasto-plastic asperities */
-        const double t356 = t171 * (t46 * (pow(2.0, 5.5 - D_eq) / t97 * pow(3.141592653589793, t151 - 2.0)));
-        const double t360 = a1c * a_l / t185;
-        const double t368 = log(a_l / a1c);
-        const double t370 = mg_sinhc(t209) * (t161 * (t332 * (t338 * (t325 * t356) * pow(t360, 1.25 - t151))) * t368);
-        const double F_el = t370 / 6.0;  /* (A3) load on elastic asperities */
-        const double t379 = D_eq * 0.25;
-        const double t392 = mg_sinhc(0.5 * (t121 * (1.82 - D_eq * 0.66))) * (t121 * pow(t186, 0.91 - D_eq * 0.33));
-        const double t395 = t176 / t158 + 0.25 * (t219 * (t368 * pow(t360, 0.75 - t379))) + t392 / (4.0 * t318);
-        const double A_r = t161 * (t338 * (t46 * t171)) * t395;  /* (A6) real area of contact; not used by R_n */
-        const double t404 = t338 * (t171 * (0.7978845608028654 * (l_0 / t97))) * pow(t360, 0.5 - t379);
-        const double K_el = mg_sinhc(t235) * (t368 * (t161 * t404 * (4.0 - D_eq))) / (3.0 * t158);  /* (A5) stiffness of elastic asperities */
-        const double t420 = t171 * (l_0 * H_G2 * pow(2.0, t88) * pow(3.141592653589793, t170)) * pow(t82, 2.0 - D_eq);
-        const double t431 = t161 * (t338 * t420 * pow(t186, 0.38 - D_eq * 0.19) / t332) * (1.76 - t132);
-        const double K_ep = mg_sinhc(0.5 * (t121 * (0.76 - t132))) * (t121 * t431) / t158;  /* (A5) stiffness of elasto-plastic asperities */
-        const double K_n = K_el + K_ep;  /* (A5) normal stiffness */
-        const double t445 = t171 * (t184 * (pow(2.0, 9.5 - t79) / t97 * pow(3.141592653589793, D_eq - 3.5)));
-        const double t454 = t161 * (t338 * (t445 * pow(t82, t79 - 4.0)) * pow(t360, 2.0 - D_eq * 0.75));
-        const double W_e = mg_sinhc(0.5 * t249) * (t368 * (t101 * (t158 * t454))) / (6.0 * (7.0 - t79));  /* (A11) elastic energy */
-        const double t469 = t325 * (t171 * (t184 * (H * pow(2.0, t158) * pow(3.141592653589793, t152))));
-        const double W_p = t161 * (t332 * (t338 * (t469 * pow(t155, t158)))) / (5.0 - D_eq);  /* (A12) plastic energy */
-        const double eta = W_p / W_e;  /* (A4) loss factor, of the first loading */
-        const double R_n = eta * sqrt(M * K_n);  /* (A4) normal damping of the contact */
+        const double F_pl = t161 * (t325 * (t172 * t176)) / t158;  /* (A3) load on plastic asperities */
+        const double F_ep = 0.5 * (t125 * (t121 * (t161 * (t191 * (t181 * t325)))));  /* (A3) load on elasto-plastic asperities */
+        const double t449 = t171 * (t46 * (pow(2.0, 5.5 - D_eq) / t97 * pow(3.141592653589793, t151 - 2.0)));
+        const double t459 = mg_sinhc(t209) * (t359 * (t161 * (t327 * (t325 * (t318 * t449) * pow(t349, 1.25 - t151)))));
+        const double F_el = t459 / 6.0;  /* (A3) load on elastic asperities */
+        const double t477 = mg_sinhc(0.5 * (t121 * (1.82 - D_eq * 0.66))) * (t121 * pow(t186, 0.91 - D_eq * 0.33));
+        const double t480 = t176 / t158 + 0.25 * (t219 * (t359 * pow(t349, 0.75 - t374))) + t477 / (4.0 * t418);
+        const double A_r = t161 * (t325 * (t46 * t171)) * t480;  /* (A6) real area of contact; not used by R_n */
         out[0 * stride + i] = D_s_1;
         out[1 * stride + i] = D_1;
         out[2 * stride + i] = G_1;

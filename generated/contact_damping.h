@@ -2,7 +2,7 @@
  * Operations per sample: values_real 276, jacobian_real 2351, all 360.
  *
  * Arrays are structures of arrays: channel (or column) c of sample i is at c * stride + i. `stride` is the number of
- * samples rounded up to a multiple of 8; what lies behind the last sample is padding.
+ * samples rounded up to a multiple of 16; what lies behind the last sample is padding.
  */
 #ifndef MODELGEN_CONTACT_DAMPING_H
 #define MODELGEN_CONTACT_DAMPING_H

@@ -107,10 +107,11 @@ void modified_dahl_values_real(const size_t n, const size_t stride, const double
         const double F_0 = p[4];
         const double r_0 = p[6];
         const double F_D = h_D * r_0;  /* (7) friction force */
+        const double t33 = F_0 + F_D;
         const double z = work[1 * stride];
         const double v = work[5 * stride];
-        const double F_r = F_0 + F_D + v * c_D + z * k_D;  /* (7), (12) force of the sample */
-        out[0 * stride + i] = F_r;
+        const double F = t33 + v * c_D + z * k_D;  /* what the force sensor shows */
+        out[0 * stride + i] = F;
         r = r_0;
     }
     const double k_D = p[0];
@@ -129,8 +130,8 @@ void modified_dahl_values_real(const size_t n, const size_t stride, const double
         const double r_turn = s25 * (1.0 - mg_dahl_step(1.0 - r * s25, s25 * (rho * s28), b_));  /* (8) friction state where it turns */
         const double r_ = s39 * (1.0 - mg_dahl_step(1.0 - r_turn * s39, s39 * (rho * s34), b_));  /* (8), (9) friction state F_D/h_D */
         const double F_D = h_D * r_;  /* (7) friction force */
-        const double F_r = F_0 + F_D + v * c_D + z * k_D;  /* (7), (12) force of the sample */
-        out[0 * stride + i] = F_r;
+        const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
+        out[0 * stride + i] = F;
         r = r_;
     }
 }
@@ -149,10 +150,11 @@ void modified_dahl_jacobian_real(const size_t n, const size_t stride, const doub
         const double F_0 = p[4];
         const double r_0 = p[6];
         const double F_D = h_D * r_0;  /* (7) friction force */
+        const double t33 = F_0 + F_D;
         const double z = work[1 * stride];
         const double v = work[5 * stride];
-        const double F_r = F_0 + F_D + v * c_D + z * k_D;  /* (7), (12) force of the sample */
-        out[0 * stride + i] = F_r;
+        const double F = t33 + v * c_D + z * k_D;  /* what the force sensor shows */
+        out[0 * stride + i] = F;
         jac[0 * stride + i] = z;
         jac[1 * stride + i] = v;
         jac[2 * stride + i] = r_0;
@@ -188,11 +190,11 @@ void modified_dahl_jacobian_real(const size_t n, const size_t stride, const doub
         const double t47 = mg_dahl_step_u(t41, t43, b_);
         const double r_ = s39 * (1.0 - mg_dahl_step(t41, t43, b_));  /* (8), (9) friction state F_D/h_D */
         const double F_D = h_D * r_;  /* (7) friction force */
-        const double F_r = F_0 + F_D + v * c_D + z * k_D;  /* (7), (12) force of the sample */
+        const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
         const double t57 = h_D * s39;
         const double t68 = t47 * (s58 * (mg_dahl_step_x(t27, t30, b_) * s59 - t45 * (d_r_3 * s25))) + mg_dahl_step_x(t41, t43, b_) * s66;
         const double t74 = t47 * (s58 * (t45 * (d_r_5 * s25)));
-        out[0 * stride + i] = F_r;
+        out[0 * stride + i] = F;
         jac[0 * stride + i] = z;
         jac[1 * stride + i] = v;
         jac[2 * stride + i] = r_;
@@ -229,10 +231,11 @@ void modified_dahl_sumsq_real(const size_t nset, const size_t n, const size_t st
             const double F_0 = q[4];
             const double r_0 = q[6];
             const double F_D = h_D * r_0;  /* (7) friction force */
+            const double t33 = F_0 + F_D;
             const double z = work[1 * stride];
             const double v = work[5 * stride];
-            const double F_r = F_0 + F_D + v * c_D + z * k_D;  /* (7), (12) force of the sample */
-            const double e0 = weight[0 * stride + i] * (F_r - data[0 * stride + i]);
+            const double F = t33 + v * c_D + z * k_D;  /* what the force sensor shows */
+            const double e0 = weight[0 * stride + i] * (F - data[0 * stride + i]);
             sum += e0 * e0;
             r = r_0;
         }
@@ -252,8 +255,8 @@ void modified_dahl_sumsq_real(const size_t nset, const size_t n, const size_t st
             const double r_turn = s25 * (1.0 - mg_dahl_step(1.0 - r * s25, s25 * (rho * s28), b_));  /* (8) friction state where it turns */
             const double r_ = s39 * (1.0 - mg_dahl_step(1.0 - r_turn * s39, s39 * (rho * s34), b_));  /* (8), (9) friction state F_D/h_D */
             const double F_D = h_D * r_;  /* (7) friction force */
-            const double F_r = F_0 + F_D + v * c_D + z * k_D;  /* (7), (12) force of the sample */
-            const double e0 = weight[0 * stride + i] * (F_r - data[0 * stride + i]);
+            const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
+            const double e0 = weight[0 * stride + i] * (F - data[0 * stride + i]);
             sum += e0 * e0;
             r = r_;
         }
@@ -276,10 +279,11 @@ void modified_dahl_normal_real(const size_t n, const size_t stride, const double
         const double F_0 = p[4];
         const double r_0 = p[6];
         const double F_D = h_D * r_0;  /* (7) friction force */
+        const double t33 = F_0 + F_D;
         const double z = work[1 * stride];
         const double v = work[5 * stride];
-        const double F_r = F_0 + F_D + v * c_D + z * k_D;  /* (7), (12) force of the sample */
-        const double e0 = weight[0 * stride + i] * (F_r - data[0 * stride + i]);
+        const double F = t33 + v * c_D + z * k_D;  /* what the force sensor shows */
+        const double e0 = weight[0 * stride + i] * (F - data[0 * stride + i]);
         const double j0_0 = weight[0 * stride + i] * z;
         const double j0_1 = weight[0 * stride + i] * v;
         const double j0_2 = weight[0 * stride + i] * r_0;
@@ -335,11 +339,11 @@ void modified_dahl_normal_real(const size_t n, const size_t stride, const double
         const double t47 = mg_dahl_step_u(t41, t43, b_);
         const double r_ = s39 * (1.0 - mg_dahl_step(t41, t43, b_));  /* (8), (9) friction state F_D/h_D */
         const double F_D = h_D * r_;  /* (7) friction force */
-        const double F_r = F_0 + F_D + v * c_D + z * k_D;  /* (7), (12) force of the sample */
+        const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
         const double t57 = h_D * s39;
         const double t68 = t47 * (s58 * (mg_dahl_step_x(t27, t30, b_) * s59 - t45 * (d_r_3 * s25))) + mg_dahl_step_x(t41, t43, b_) * s66;
         const double t74 = t47 * (s58 * (t45 * (d_r_5 * s25)));
-        const double e0 = weight[0 * stride + i] * (F_r - data[0 * stride + i]);
+        const double e0 = weight[0 * stride + i] * (F - data[0 * stride + i]);
         const double j0_0 = weight[0 * stride + i] * z;
         const double j0_1 = weight[0 * stride + i] * v;
         const double j0_2 = weight[0 * stride + i] * r_;
@@ -403,8 +407,8 @@ void modified_dahl_all(const size_t n, const size_t stride, const double *const 
         const double v = in[5][i];
         const double t18 = ((z_prev - z_turn) <= 0.0) ? 1.0 : 0.0;
         const double t23 = ((t18 != 0.0) ? 1.0 : 0.0) + ((!(t18 != 0.0)) ? (-1.0) : 0.0);
+        const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
         const double r_turn = t23 * (1.0 - mg_dahl_step(1.0 - r_0 * t23, t23 * (rho * (z_turn - z_prev)), b_));  /* (8) friction state where it turns */
-        const double F_r = F_0 + F_D + v * c_D + z * k_D;  /* (7), (12) force of the sample */
         out[0 * stride + i] = z;
         out[1 * stride + i] = v;
         out[2 * stride + i] = z_prev;
@@ -416,8 +420,8 @@ void modified_dahl_all(const size_t n, const size_t stride, const double *const 
         out[8 * stride + i] = h_D;
         out[9 * stride + i] = k_D;
         out[10 * stride + i] = F_D;
-        out[11 * stride + i] = F_r;
-        out[12 * stride + i] = F_r;
+        out[11 * stride + i] = F;
+        out[12 * stride + i] = F;
         r = r_0;
     }
     const double k_D = p[0];
@@ -439,7 +443,7 @@ void modified_dahl_all(const size_t n, const size_t stride, const double *const 
         const double t39 = ((t35 != 0.0) ? 1.0 : 0.0) + ((!(t35 != 0.0)) ? (-1.0) : 0.0);
         const double r_ = t39 * (1.0 - mg_dahl_step(1.0 - r_turn * t39, t39 * (rho * t34), b_));  /* (8), (9) friction state F_D/h_D */
         const double F_D = h_D * r_;  /* (7) friction force */
-        const double F_r = F_0 + F_D + v * c_D + z * k_D;  /* (7), (12) force of the sample */
+        const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
         out[0 * stride + i] = z;
         out[1 * stride + i] = v;
         out[2 * stride + i] = z_prev;
@@ -451,8 +455,8 @@ void modified_dahl_all(const size_t n, const size_t stride, const double *const 
         out[8 * stride + i] = h_D;
         out[9 * stride + i] = k_D;
         out[10 * stride + i] = F_D;
-        out[11 * stride + i] = F_r;
-        out[12 * stride + i] = F_r;
+        out[11 * stride + i] = F;
+        out[12 * stride + i] = F;
         r = r_;
     }
 }

@@ -2,7 +2,7 @@
  * Operations per sample: prepare 16, values_real 20, jacobian_real 43, sumsq_real 23, normal_real 99, all 33.
  *
  * Arrays are structures of arrays: channel (or column) c of sample i is at c * stride + i. `stride` is the number of
- * samples rounded up to a multiple of 8; what lies behind the last sample is padding.
+ * samples rounded up to a multiple of 16; what lies behind the last sample is padding.
  */
 #ifndef MODELGEN_MODIFIED_DAHL_H
 #define MODELGEN_MODIFIED_DAHL_H

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from modelgen.codegen.real import Graph
@@ -11,6 +11,8 @@ from modelgen.codegen.real import Graph
 INFIX = {"add": ("+", 6), "sub": ("-", 6), "mul": ("*", 7), "div": ("/", 7)}
 RELATION = {"lt": "<", "le": "<=", "eq": "==", "ne": "!=", "and": "&&", "or": "||"}
 FUNCTION = {"fmin": "mg_min", "fmax": "mg_max", "sign": "mg_sign"}
+BRANCHLESS = FUNCTION | {f: f"mg_{f}" for f in ("exp", "log", "sin", "cos", "atan2")}
+"""For loops that a compiler shall vectorise: templates/vector.h.j2."""
 ATOM, LONGEST = 9, 72
 
 RESERVED = frozenset((
@@ -26,7 +28,7 @@ RESERVED = frozenset((
     "nan", "inf", "q", "set", "sum", "normal", "x", "lo", "hi", "at", "newton", "inside", "next", "before",
     "sign", "residual", "slope", "cbrt", "exp2", "log2", "log10", "asinh", "acosh", "atanh", "erfc",
     "nearbyint", "fdim", "copysign", "isnan", "isinf", "isfinite", "signbit", "fpclassify", "HUGE_VAL",
-    "errno", "linux", "unix", "asm", "state", "tangent", "status",
+    "errno", "linux", "unix", "asm", "state", "tangent", "status", "row",
 ))  # fmt: skip
 
 
@@ -57,12 +59,13 @@ class Printer:
 
     graph: Graph
     names: dict[int, str] = field(default_factory=dict)
+    functions: Mapping[str, str] = field(default_factory=lambda: FUNCTION)
     taken: set[str] = field(default_factory=set)
     comments: set[str] = field(default_factory=set)
 
-    def lines(self, ids: Iterable[int], roots: Iterable[int]) -> list[str]:
+    def lines(self, ids: Iterable[int], roots: Iterable[int], named: Container[int] = ()) -> list[str]:
         """Declarations of `ids` (in order) that `roots` or each other need; roots get a name or stay
-        inline."""
+        inline, `named` always get one."""
         ids = [at for at in sorted(set(ids)) if at not in self.names and self.graph.nodes[at].op != "const"]
         uses = self._uses(ids, roots)
         out = []
@@ -73,6 +76,7 @@ class Printer:
             is_pair = node.op == "call" and (at in self._pair_calls())
             if (
                 not label
+                and at not in named
                 and not is_pair
                 and (node.op in ("re", "im") or (uses.get(at, 0) <= 1 and len(text) <= LONGEST))
             ):
@@ -139,7 +143,7 @@ class Printer:
             return f"{self._truth(at)} ? 1.0 : 0.0", 2
         if node.op in ("re", "im"):
             return f"{self.value(node.args[0])}.{node.op}", ATOM
-        function = str(node.data) if node.op == "call" else FUNCTION.get(node.op, node.op)
+        function = str(node.data) if node.op == "call" else self.functions.get(node.op, node.op)
         return f"{function}({', '.join(self._expression(a)[0] for a in node.args)})", ATOM
 
     def _truth(self, at: int) -> str:

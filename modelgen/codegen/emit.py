@@ -12,7 +12,19 @@ from typing import Any
 from modelgen.codegen.ctext import c_name, comment
 from modelgen.codegen.fused import normal, sumsq
 from modelgen.codegen.kernels import Region, Stages
-from modelgen.codegen.loops import LANES, SAYS, SIZES, Kernel, indent, join, loop, make_kernel, march
+from modelgen.codegen.loops import (
+    LANES,
+    PADDED,
+    SAYS,
+    SIZES,
+    Kernel,
+    alone,
+    indent,
+    join,
+    loop,
+    make_kernel,
+    march,
+)  # fmt: skip
 from modelgen.codegen.program import Program, Root
 
 
@@ -108,7 +120,8 @@ def _render(
     banner += f"\n * Operations per sample: {counts}."
     shared = {
         "banner": banner, "prefix": prefix, "header": f"{prefix}.h", "guard": f"MODELGEN_{prefix.upper()}_H",
-        "lanes": LANES, "inputs": stages.inputs, "parameters": stages.parameters, "wrt": program.wrt,
+        "lanes": LANES, "padded": PADDED, "inputs": stages.inputs, "parameters": stages.parameters,
+        "wrt": program.wrt,
         "staged": len(stages.staged), "kernels": kernels, "roots": roots, "used": used,
         "alone": "MG_ALONE" in text,
         "measures": [m for m in stages.measures if "mg_wrap" in text],
@@ -127,7 +140,7 @@ def _prepare(stages: Stages, prefix: str) -> Kernel:
     region = stages.prepare()
     lines = [
         *region.setup,
-        "MG_ALONE",
+        *alone(region.body),
         "for (size_t k = 0; k < stride; ++k) {",
         "    const size_t i = k < n ? k : n - 1;",
         indent(region.body, 1),

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from modelgen.codegen.emit import Source
-from modelgen.codegen.loops import LANES
+from modelgen.codegen.loops import PADDED
 from modelgen.errors import InputError, did_you_mean
 from modelgen.language import Model
 
@@ -161,7 +161,7 @@ class Function:
         inputs, p, _ = self._arguments(given)
         arrays = tuple(inputs.values())
         n = len(arrays[0])
-        stride = -(-n // LANES) * LANES
+        stride = -(-n // PADDED) * PADDED
         work = np.empty((max(1, self.source.staged), stride))
         if self.model.inputs:
             self.call("prepare", n, stride, _pointers(arrays), p, work)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from modelgen.codegen.ctext import Printer, c_name
+from modelgen.codegen.ctext import BRANCHLESS, FUNCTION, Printer, c_name
 from modelgen.codegen.program import Program, Root, Sample, sensitivity
 from modelgen.codegen.real import operations
 from modelgen.codegen.split import Complex, Pair
@@ -30,7 +30,7 @@ def channels(program: Program, sample: Sample, measure: str) -> tuple[Channel, .
     c = Complex(sample.graph)
     found: list[Channel] = []
     for o in program.outputs:
-        z, dz = sample.equations[o], sample.jacobian[o]
+        z, dz = sample.fitted[o], sample.jacobian[o]
         if measure == "real":
             found.append(Channel(o, c.re(z), tuple(d[0] for d in dz)))
         elif measure == "complex":
@@ -43,16 +43,15 @@ def channels(program: Program, sample: Sample, measure: str) -> tuple[Channel, .
 
 def _polar(c: Complex, name: str, z: Pair, dz: tuple[Pair, ...], measure: str) -> Channel:
     """|Z| with Re(Z̄ dZ)/|Z|, or arg Z in degrees with Im(Z̄ dZ)/|Z|²."""
-    degrees = c.const(57.29577951308232)
     conjugate = (z[0], c.neg((None, z[1]))[1])
     if measure == "modulus":
         size = c.modulus(z)
-        parts = [c.div((c.mul(conjugate, d)[0], None), size)[0] for d in dz]
-        return Channel(f"abs_{name}", c.re(size), tuple(parts))
+        turned = c.mul(conjugate, c.inv(size))
+        return Channel(f"abs_{name}", c.re(size), tuple(c.mul(turned, d)[0] for d in dz))
+    degrees = c.const(57.29577951308232)
     angle = c.mul(c.argument(z), degrees)
-    scale = c.div(degrees, (c.norm(z), None))
-    parts = [c.mul((c.mul(conjugate, d)[1], None), scale)[0] for d in dz]
-    return Channel(f"phase_{name}", c.re(angle), tuple(parts))
+    turned = c.mul(conjugate, c.div(degrees, (c.norm(z), None)))
+    return Channel(f"phase_{name}", c.re(angle), tuple(c.mul(turned, d)[1] for d in dz))
 
 
 @dataclass(frozen=True)
@@ -148,7 +147,7 @@ class Stages:
         graph = self.program.step.graph
         masks = self._masks(self.program.step)
         need = graph.needed(self.staged)
-        printer = self._printer(self.program.step, {})
+        printer = Printer(self.program.step.graph)
         setup = self._parameters(printer, need, masks, free=False)
         setup += printer.lines([a for a in need if masks[a] == 0], self.staged)
         body = self._inputs(printer, need) + printer.lines(
@@ -195,11 +194,14 @@ class Stages:
     ) -> Region:
         graph, masks = sample.graph, self._masks(sample)
         need = [a for a in graph.needed_until(roots, set(place))]
-        printer = self._printer(sample, {})
+        printer = Printer(sample.graph, functions=FUNCTION if self.state_names else BRANCHLESS)
         for n in (*self.state_names, *self.sensitivity_names):
             printer.names[graph.input(n)] = printer._fresh(c_name(n.replace(" ", "_")))
         setup = self._parameters(printer, need, masks, free=True)
-        setup += printer.lines([a for a in need if not masks[a] & (SAMPLE | STATE) and a not in place], roots)
+        inside = [a for a in need if masks[a] & (SAMPLE | STATE) and a not in place]
+        hoisted = {a for at in inside for a in graph.nodes[at].args if not masks[a] & (SAMPLE | STATE)}
+        outside = [a for a in need if not masks[a] & (SAMPLE | STATE) and a not in place]
+        setup += printer.lines(outside, roots, hoisted)
         loads = []
         for at, text in place.items():
             if at in need:
@@ -207,9 +209,7 @@ class Stages:
                 loads.append(f"const double {name} = {text};")
         if self.batch:
             loads = self._inputs(printer, need)
-        body = loads + printer.lines(
-            [a for a in need if masks[a] & (SAMPLE | STATE) and a not in place], roots
-        )
+        body = loads + printer.lines(inside, roots)
         used = [
             printer.names[graph.input(n)]
             for n in (*self.state_names, *(self.sensitivity_names if jacobian else ()))
@@ -224,7 +224,7 @@ class Stages:
                 tuple("0.0" if d is None else printer.value(d) for d in c.jacobian) for c in chans if jacobian
             ),
             tuple(used), tuple(state_values),
-            operations(graph, [a for a in need if a not in place and masks[a] & (SAMPLE | STATE)]),
+            operations(graph, inside),
         )  # fmt: skip
 
     def everything(self, first: bool = False) -> Region:
@@ -235,7 +235,7 @@ class Stages:
         c = Complex(graph)
         roots = [n for s in self.program.model.statements for n in _both(c, sample.equations[s.name])]
         need = graph.needed([*roots, *sample.states.values()])
-        printer = self._printer(sample, {})
+        printer = Printer(sample.graph)
         for n in self.state_names:
             printer.names[graph.input(n)] = printer._fresh(c_name(n))
         setup = self._parameters(printer, need, masks, free=True)
@@ -263,9 +263,6 @@ class Stages:
             (),
             operations(r.graph, need),
         )
-
-    def _printer(self, sample: Sample, names: dict[int, str]) -> Printer:
-        return Printer(sample.graph, dict(names))
 
     def _place_name(self, printer: Printer, graph: object, at: int) -> str:
         label = printer.graph.labels.get(at)

@@ -10,7 +10,9 @@ from dataclasses import dataclass
 from modelgen.codegen.kernels import Region, Stages
 
 LANES = 8
-"""Samples that the loops take at once; arrays are padded to a multiple of it."""
+"""Sums have this many parts, of every 8th sample, so that their order is the same on every machine."""
+PADDED = 2 * LANES
+"""Arrays are padded to a multiple of it: what the longest loop takes at once."""
 
 Stores = Callable[[Region], list[str]]
 """Given a region, the lines that store or sum its results."""
@@ -64,12 +66,24 @@ def make_kernel(
     )
 
 
+_VECTORISES = {
+    "sqrt", "fabs", "floor", "mg_wrap", "mg_min", "mg_max", "mg_sign",
+    "mg_exp", "mg_log", "mg_sin", "mg_cos", "mg_atan2",
+}  # fmt: skip
+
+
+def alone(body: Sequence[str]) -> list[str]:
+    """The mark of a loop that compilers shall vectorise, if nothing in it keeps them from it."""
+    called = set(re.findall(r"\b([A-Za-z_]\w*)\(", "\n".join(body)))
+    return ["MG_ALONE"] if called <= _VECTORISES else []
+
+
 def loop(stages: Stages, measure: str, jacobian: bool, region: Region, stores: Stores) -> list[str]:
     """The loop over samples with `stores` at its end; time models get their first sample and their states."""
     if not stages.program.model.states:
         end = "n" if stages.batch else "stride"
         body = indent([*region.body, *stores(region)], 1)
-        return [*region.setup, "MG_ALONE", f"for (size_t i = 0; i < {end}; ++i) {{", body, "}"]
+        return [*region.setup, *alone(region.body), f"for (size_t i = 0; i < {end}; ++i) {{", body, "}"]
     return march(region, stages.initial(measure, jacobian), stores)
 
 

@@ -3,12 +3,17 @@ by hand."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
+from operator import or_
 from typing import Any
 
 import casadi as ca
 
+from modelgen.codegen.algebra import FREE, SAMPLE
 from modelgen.codegen.derive import Chain, Residual
+from modelgen.codegen.simplify import staged
 from modelgen.codegen.tosx import NONHOLOMORPHIC, Call, Translator
 from modelgen.errors import InputError
 from modelgen.language import Equation, Implicit, Model, State
@@ -160,6 +165,35 @@ class Lowering:
         """d(exprs)/d(directions), SX of shape (len(exprs), directions), with calls and old states chained
         in."""
         return self.chain.tangent(exprs)
+
+    def fitted(self, outputs: Sequence[str]) -> tuple[list[Any], Any]:
+        """Values of `outputs` and their derivatives, with as little as may be left in the loop over samples.
+
+        Derivatives go through the coefficients C that depend on parameters alone: ∂Z/∂C · dC/dθ.
+        """
+        exprs = [self.values[o] for o in outputs]
+        if self.model.states or not self.model.inputs:
+            return exprs, self.tangent(exprs)
+        nonzero = {p.name for p in self.model.scalar_parameters if p.bounds[0] > 0 or p.bounds[1] < 0}
+        nonzero |= {p.name for p in self.model.parameters if isinstance(p, ComplexParameter)
+                    and {p.re.name, p.im.name} & nonzero}  # fmt: skip
+        short = staged(exprs, self._masks(), self.translator.j, nonzero)
+        tangent = self.tangent(short.exprs)
+        if short.symbols:
+            slopes = ca.jacobian(ca.vertcat(*short.exprs), ca.vertcat(*short.symbols))
+            tangent = tangent + ca.mtimes(slopes, self.tangent(short.coefficients))
+        return [short.whole(e) for e in short.exprs], ca.sparsify(short.whole(tangent))
+
+    def _masks(self) -> dict[str, int]:
+        """What parameters, inputs and calls depend on: samples, free parameters, both, or neither."""
+        free = {*self.wrt, *self.plain}
+        masks = {n: FREE if n in free else 0 for n in (*self.parameters, *self.plain)}
+        masks |= dict.fromkeys(self.inputs, SAMPLE)
+        masks[self.translator.j.name()] = 0
+        for call in self.translator.calls:
+            inside = ca.symvar(ca.vertcat(*call.args))
+            masks[call.symbol.name()] = reduce(or_, (masks[s.name()] for s in inside), 0)
+        return masks
 
 
 def _has_nonholomorphic(model: Model) -> bool:

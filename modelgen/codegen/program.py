@@ -20,11 +20,12 @@ from modelgen.language import Model
 
 @dataclass(frozen=True)
 class Sample:
-    """What is computed at one sample: every equation, and d(primary outputs)/d(wrt), new states and
-    sensitivities."""
+    """What is computed at one sample: every equation as written, the primary outputs (`fitted`) and their
+    derivatives in the form that runs fastest, new states and sensitivities."""
 
     graph: Graph
     equations: dict[str, Pair]
+    fitted: dict[str, Pair]
     jacobian: dict[str, tuple[Pair, ...]]
     states: dict[str, int]
     sensitivities: dict[tuple[str, int], int]
@@ -88,19 +89,21 @@ def _sample(low: Lowering, pattern: dict[str, set[int]] | None) -> Sample:
     }
     reader = _Reader(graph, low.translator, named, low.plain)
     outputs = primary_outputs(low.model)
-    tangent = low.tangent([low.values[o] for o in outputs])
+    values, tangent = low.fitted(outputs)
     states = [s.name for s in low.model.states]
     state_tangent = low.tangent([low.values[n] for n in states]) if states else None
     names = list(low.values)
-    wanted = [low.values[n] for n in names]
+    wanted = [*values, *(low.values[n] for n in names)]
     entries = _entries(tangent)
     wanted += list(entries.values())
     state_entries = _entries(state_tangent) if states else {}
     wanted += list(state_entries.values())
     pairs = reader.read(wanted)
-    equations = dict(zip(names, pairs, strict=False))
+    fitted = dict(zip(outputs, pairs, strict=False))
+    n = len(outputs) + len(names)
+    equations = dict(zip(names, pairs[len(outputs) : n], strict=True))
+    _label(graph, low.model, fitted)
     _label(graph, low.model, equations)
-    n = len(names)
     by_direction = dict(zip(entries, pairs[n:], strict=False))
     jacobian = {
         o: tuple(
@@ -115,7 +118,8 @@ def _sample(low: Lowering, pattern: dict[str, set[int]] | None) -> Sample:
         for i, name in enumerate(states)
         for d in sorted((pattern or {}).get(name, ()))
     }
-    return Sample(graph, equations, jacobian, {n: reader.c.re(equations[n]) for n in states}, sensitivities)
+    updated = {n: reader.c.re(equations[n]) for n in states}
+    return Sample(graph, equations, fitted, jacobian, updated, sensitivities)
 
 
 def _entries(m: Any) -> dict[tuple[int, int], Any]:
@@ -133,7 +137,7 @@ def _column(c: Complex, terms: list[tuple[Pair, bool]]) -> Pair:
 
 def _label(graph: Graph, model: Model, equations: dict[str, Pair]) -> None:
     for s in model.statements:
-        re, im = equations[s.name]
+        re, im = equations.get(s.name, (None, None))
         says = " ".join(x for x in (s.ref, s.text) if x)
         if re is not None:
             graph.label(re, f"{s.name}_re" if im is not None else s.name, says)
