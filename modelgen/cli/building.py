@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from modelgen.cli.console import check_output, console, table
@@ -31,18 +32,49 @@ def build_models(specs: Sequence[str], out: Path) -> None:
     to.print(f"C of {len(models)} model{'s' * (len(models) > 1)} in {out}")
 
 
-def export_models(specs: Sequence[str], target: str, out: Path | None, settings: Settings) -> None:
-    """Write models for `target`, all into one folder, and say which files there are."""
+def export_models(
+    specs: Sequence[str], target: str, out: Path | None, settings: Settings, inverted: bool
+) -> None:
+    """Write models for `target`, all into one folder, and say which files there are.
+
+    inverted: write the inverse of each beside it.
+    """
     models = [load(spec) for spec in specs]
+    if inverted:
+        from modelgen.export.inverse import inverse
+
+        models = [x for m in models for x in (m, inverse(m))]
     _check_ids(models)
-    if settings.name and len(models) > 1:
-        raise InputError(f"--name {settings.name} is one name, and there are {len(models)} models")
+    if settings.name and len(specs) > 1:
+        raise InputError(f"--name {settings.name} is one name, and there are {len(specs)} models")
     folder = out or Path("export") / models[0].id
     check_output(folder, folder=True)
+    each = settings_of(models, settings)
     to = console()
-    files = dict.fromkeys(path for m in models for path in export(m, target, folder, settings))
+    files = dict.fromkeys(
+        path for m, s in zip(models, each, strict=True) for path in export(m, target, folder, s)
+    )
     for path in files:
         to.print(str(path), soft_wrap=True)
+
+
+def settings_of(models: Sequence[Model], settings: Settings) -> list[Settings]:
+    """Each model's part of the settings: a name that one of several models knows is meant for it.
+
+    What none knows is left with the first, which says so. An inverse has its model's name with "_inverse".
+    """
+    found = []
+    for k, m in enumerate(models):
+        own = {p.name for p in m.scalar_parameters} | {i.name for i in m.inputs}
+        others = {p.name for x in models for p in (*x.scalar_parameters, *x.inputs)} - own
+
+        def mine(texts: Sequence[str], others: set[str] = others) -> list[str]:
+            names = [t.partition("=")[0].strip() for t in texts]
+            return [t for t, n in zip(texts, names, strict=True) if n not in others]
+
+        name = f"{settings.name}_inverse" if settings.name and k else settings.name
+        found.append(replace(settings, name=name, fix=mine(settings.fix), ranges=mine(settings.ranges)))
+    return found
 
 
 def _check_ids(models: Sequence[Model]) -> None:

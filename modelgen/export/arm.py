@@ -78,19 +78,15 @@ def measure(core: Core, prefix: str, files: Mapping[str, str]) -> Footprint:
     """
     with tempfile.TemporaryDirectory(prefix="modelgen-arm-") as name:
         folder = Path(name)
-        for file, text in files.items():
-            (folder / file).write_text(text)
-        compile_ = [GCC, *core.flags, *OPTIMISE]
-        _run([*compile_, "-fstack-usage", "-c", f"{prefix}.c"], folder)
+        left_out = f"{prefix}_test.c"  # measure.c includes it
+        program = link(core, files, folder, left_out)
         own, data, bss = _sections(folder, f"{prefix}.o")
         frames = [int(line.split("\t")[1]) for line in (folder / f"{prefix}.su").read_text().splitlines()]
         entry = [f"-Wl,-u,{s}" for s in _functions(folder, f"{prefix}.o")]
-        link = ["-nostartfiles", "--specs=nosys.specs", "-Wl,--gc-sections", "-Wl,-e,0", "-lm", "-w"]
-        _run([*compile_, *entry, f"{prefix}.o", *link, "-o", "alone.elf"], folder)
+        alone = ["-nostartfiles", "--specs=nosys.specs", "-Wl,--gc-sections", "-Wl,-e,0", "-lm", "-w"]
+        _run([GCC, *core.flags, *entry, f"{prefix}.o", *alone, "-o", "alone.elf"], folder)
         whole, _, _ = _sections(folder, "alone.elf")
-        link = ["-nostartfiles", "--specs=rdimon.specs", "-T", "board.ld", "-Wl,--gc-sections", "-lm", "-w"]
-        _run([*compile_, "measure.c", "startup.c", f"{prefix}.o", *link, "-o", "m.elf"], folder)
-        text, passed = emulate(core, folder / "m.elf")
+        text, passed = emulate(core, program)
     found = re.finditer(r"cost (\w+) (\d+) (\d+) (\d+)", text)
     costs = {m[1]: Cost(int(m[2]), int(m[3]), int(m[4])) for m in found}
     sizes = re.search(r"sizes (\d+) (\d+)", text)
@@ -100,6 +96,18 @@ def measure(core: Core, prefix: str, files: Mapping[str, str]) -> Footprint:
         core.name, own, whole, data + bss, int(sizes[1]), int(sizes[2]), max(frames), costs,
         worst_errors(text), passed,
     )  # fmt: skip
+
+
+def link(core: Core, files: Mapping[str, str], folder: Path, left_out: str = "") -> Path:
+    """A program for the emulated board from C texts by name, startup.c and board.ld among them."""
+    for file, text in files.items():
+        (folder / file).write_text(text)
+    sources = sorted(f for f in files if f.endswith(".c") and f != left_out)
+    _run([GCC, *core.flags, *OPTIMISE, "-fstack-usage", "-c", *sources], folder)
+    objects = [f.removesuffix(".c") + ".o" for f in sources]
+    options = ["-nostartfiles", "--specs=rdimon.specs", "-T", "board.ld", "-Wl,--gc-sections", "-lm", "-w"]
+    _run([GCC, *core.flags, *objects, *options, "-o", "program.elf"], folder)
+    return folder / "program.elf"
 
 
 def emulate(core: Core, program: Path) -> tuple[str, bool]:

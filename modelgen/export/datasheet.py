@@ -52,7 +52,7 @@ def take(unit: Unit, real: str, ranges: Mapping[str, Range], emulator: bool = Tr
             compiled = Compiled(unit, r, made[r][0])
             errors[r] = measured_errors(compiled, *made[r][1:])
             if r == real:
-                reaches = reach(compiled, r, made[r][1][0], ranges)
+                reaches = reach(compiled, r, made[r][1][0], made[r][2][0].scale, ranges)
     except ToolError as why:
         says, errors, reaches = str(why), {}, ()
     verb = "is" if len(missing) == 1 else "are"

@@ -13,6 +13,7 @@ import numpy as np
 from modelgen.codegen.compiler import compile_library
 from modelgen.export.exact import DIGITS, FAILURES
 from modelgen.export.floats import rounder
+from modelgen.export.rewrite import STEP
 from modelgen.export.unit import Unit
 from modelgen.export.values import Range, Trial, default_range
 from modelgen.export.vectors import EPSILON, Vector, exact_outputs, unit_inputs
@@ -83,18 +84,21 @@ class Reach:
     above: str
 
 
-def reach(c: Compiled, real: str, trial: Trial, ranges: Mapping[str, Range]) -> tuple[Reach, ...]:
-    """Each input alone, over ±10^k, the others in the middle of their ranges."""
-    found = []
-    for i in c.unit.model.inputs:
-        if i.name not in {s.name for s in c.unit.inputs}:
-            continue
-        low, high = ranges.get(i.name, default_range(i))
+def reach(
+    c: Compiled, real: str, trial: Trial, peak: Sequence[float], ranges: Mapping[str, Range]
+) -> tuple[Reach, ...]:
+    """Each input alone, over ±10^k, the others as in the first trial.
+
+    peak: of each output; a model with memory is judged by it.
+    """
+    found: list[Reach] = []
+    units = {i.name: i.unit for i in c.unit.model.inputs}
+    for slot in c.unit.inputs:
+        low, high = _tested(c.unit, trial, slot.name, ranges)
         powers = [10.0**k for k in range(-DECADES, DECADES + 1, 2)]
-        inner = [v for v in (low, high) if v]
-        values = sorted({*powers, *(-x for x in powers), *inner})
-        values = [rounder(real)(v) for v in values]
-        says = [_judge(c, real, trial, i.name, v) for v in values]
+        tried = {*powers, *(v for v in (low, high) if v), *(-x for x in powers if slot.name != STEP)}
+        values = sorted(rounder(real)(v) for v in tried)
+        says = [_judge(c, real, trial, peak, slot.name, v) for v in values]
         first = min(range(len(values)), key=lambda k: abs(values[k] - rounder(real)(high or low)))
         a = b = first
         while a > 0 and says[a - 1] == "right":
@@ -103,17 +107,27 @@ def reach(c: Compiled, real: str, trial: Trial, ranges: Mapping[str, Range]) -> 
             b += 1
         found.append(
             Reach(
-                i.name, i.unit, values[a], values[b],
+                slot.name, units.get(slot.name, slot.unit), values[a], values[b],
                 says[a - 1] if a else "", says[b + 1] if b < len(values) - 1 else "",
             )
         )  # fmt: skip
     return tuple(found)
 
 
-def _judge(c: Compiled, real: str, trial: Trial, name: str, value: float) -> str:
+def _tested(unit: Unit, trial: Trial, name: str, ranges: Mapping[str, Range]) -> Range:
+    for i in unit.model.inputs:
+        if i.name == name:
+            return ranges.get(name, default_range(i))
+    step = unit_inputs(unit, trial.samples, 1)[[s.name for s in unit.inputs].index(name)]
+    return (step, step)
+
+
+def _judge(c: Compiled, real: str, trial: Trial, peak: Sequence[float], name: str, value: float) -> str:
     unit, p = c.unit, [trial.parameters[s.name] for s in c.unit.parameters]
     middle = dict(trial.samples[len(trial.samples) // 2])
-    samples = [dict(trial.samples[0]), {**dict(trial.samples[1 % len(trial.samples)]), name: value}]
+    first, second = trial.samples[0], trial.samples[1 % len(trial.samples)]
+    moved = {unit.model.axis: first[unit.model.axis] + value} if name == STEP else {name: value}
+    samples = [dict(first), {**second, **moved}]
     samples = samples if unit.steps else [{**middle, name: value}]
     if unit.steps:
         c.call("start", p, unit_inputs(unit, samples, 0))
@@ -125,6 +139,7 @@ def _judge(c: Compiled, real: str, trial: Trial, name: str, value: float) -> str
         with mp.workdps(DIGITS):
             wanted = exact_outputs(unit, trial.parameters, samples)[-1]
             sizes = _sizes(unit, wanted)
+            sizes = [max(s, p) for s, p in zip(sizes, peak, strict=True)] if unit.steps else sizes
             error = max(
                 abs(mp.mpf(float(g)) - w) / s if s else abs(mp.mpf(float(g)))
                 for g, w, s in zip(out, wanted, sizes, strict=True)

@@ -4,9 +4,9 @@ simpler."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from modelgen.codegen.program import Program, Sample
+from modelgen.codegen.program import Program, Root, Sample
 from modelgen.codegen.real import Graph, Node
 from modelgen.codegen.split import Pair
 from modelgen.language import Model
@@ -17,13 +17,17 @@ STEP = "dt"
 
 @dataclass(frozen=True)
 class Places:
-    """What stands for an input or a parameter: another input's name, or a number; `clock` is (t, t_prev)."""
+    """What stands for an input or a parameter: another input's name, or a number; `clock` is (t, t_prev).
+
+    `kept` says which arguments the function of an implicit equation still has.
+    """
 
     names: Mapping[str, str | float]
     clock: tuple[str, str] | None = None
+    kept: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
 
 
-def at_step(model: Model, fixed: Mapping[str, float]) -> Places:
+def at_step(model: Model, fixed: Mapping[str, float], kept: Mapping[str, tuple[int, ...]]) -> Places:
     """At a later sample the turning point is the value before: who knows one steps to it, then from it."""
     before = {i.derived[1]: i.name for i in model.inputs if i.derived and i.derived[0] == "previous"}
     turns = {
@@ -32,14 +36,14 @@ def at_step(model: Model, fixed: Mapping[str, float]) -> Places:
         if i.derived and i.derived[0] == "turning" and i.derived[1] in before
     }
     clock = (model.axis, before[model.axis]) if model.axis in before else None
-    return Places({**fixed, **turns}, clock)
+    return Places({**fixed, **turns}, clock, kept)
 
 
-def at_start(model: Model, fixed: Mapping[str, float]) -> Places:
+def at_start(model: Model, fixed: Mapping[str, float], kept: Mapping[str, tuple[int, ...]]) -> Places:
     """At the first sample, what looks back sees the sample itself."""
     backward = ("previous", "turning")
     own = {i.name: i.derived[1] for i in model.inputs if i.derived and i.derived[0] in backward}
-    return Places({**fixed, **own})
+    return Places({**fixed, **own}, None, kept)
 
 
 def rewrite(sample: Sample, places: Places) -> Sample:
@@ -48,7 +52,21 @@ def rewrite(sample: Sample, places: Places) -> Sample:
         new = _rewrite(sample, places)
         if places.clock[1] not in inputs_of(new):
             return new
-    return _rewrite(sample, Places(places.names))
+    return _rewrite(sample, Places(places.names, None, places.kept))
+
+
+def rewrite_root(root: Root, fixed: Mapping[str, float]) -> tuple[Root, tuple[int, ...]]:
+    """An implicit equation with numbers in the place of parameters, and which of its arguments are left."""
+    graph, new = Graph(), dict[int, int]()
+    for at in root.graph.needed([root.residual, root.slope]):
+        new[at] = _node(graph, root.graph, at, new, Places(fixed))
+    residual, slope = new[root.residual], new[root.slope]
+    used = {str(graph.nodes[at].data) for at in graph.needed([residual, slope]) if graph.nodes[at].op == "in"}
+    left = [k for k, n in enumerate(root.arguments) if n in used]
+    names = tuple(root.arguments[k] for k in left)
+    count = len(root.arguments)
+    made = Root(root.name, root.unknown, names, graph, residual, slope, root.comment)
+    return made, (*left, count, count + 1)
 
 
 def roots_of(sample: Sample) -> list[int]:
@@ -104,7 +122,8 @@ def _node(graph: Graph, old: Graph, at: int, new: dict[int, int], places: Places
         place = places.names.get(str(node.data), str(node.data))
         return graph.input(place) if isinstance(place, str) else graph.const(place)
     if node.op == "call":
-        return _call(graph, str(node.data), args)
+        kept = places.kept.get(str(node.data))
+        return _call(graph, str(node.data), args if kept is None else [args[k] for k in kept])
     if len(args) == 1:
         return graph.unary(node.op, args[0])
     if node.op == "sub":

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from modelgen.codegen.ctext import c_name, comment
+from modelgen.codegen.ctext import Printer, c_name, comment
 from modelgen.codegen.emit import environment
-from modelgen.codegen.kernels import Stages
+from modelgen.codegen.program import Root
 from modelgen.export.floats import literal, single
 from modelgen.export.unit import Unit
 from modelgen.export.values import default_of
@@ -43,7 +43,7 @@ def facts_of(unit: Unit, real: str) -> dict[str, Any]:
     fixed = "".join(f", {k} fixed at {v!r}" for k, v in unit.fixed)
     precision = "single" if real == "float" else "double"
     values = {p.name: default_of(p) for p in model.scalar_parameters}
-    roots = [_root(unit, r) for r in unit.program.roots]
+    roots = [_root(r) for r in unit.program.roots]
     code = "\n".join(
         [*(x for r in unit.routines for x in r.body), *(str(v) for r in roots for v in r.values())]
     )
@@ -72,10 +72,14 @@ def _used(code: str) -> set[str]:
     return used
 
 
-def _root(unit: Unit, r: Any) -> dict[str, Any]:
-    region = Stages(unit.program).root(r)
+def _root(r: Root) -> dict[str, Any]:
+    printer = Printer(r.graph)
+    for name in (*r.arguments, r.unknown):
+        printer.names[r.graph.input(name)] = printer._fresh(c_name(name))
+    ends = [r.residual, r.slope]
+    body = printer.lines(r.graph.needed(ends), ends)
     return {
         "name": r.name, "residual": f"residual_{r.unknown}",
         "arguments": [c_name(a) for a in r.arguments], "unknown": c_name(r.unknown),
-        "body": region.body, "results": region.values, "comment": comment(r.comment),
+        "body": body, "results": [printer.value(at) for at in ends], "comment": comment(r.comment),
     }  # fmt: skip

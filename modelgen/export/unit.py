@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from modelgen.codegen.build import default_wrt
 from modelgen.codegen.ctext import RESERVED, Printer, c_name, comment
@@ -14,7 +14,7 @@ from modelgen.codegen.real import operations
 from modelgen.codegen.split import Pair
 from modelgen.errors import InputError
 from modelgen.export.floats import MATH
-from modelgen.export.rewrite import STEP, at_start, at_step, inputs_of, only, rewrite
+from modelgen.export.rewrite import STEP, at_start, at_step, inputs_of, only, rewrite, rewrite_root
 from modelgen.language import Model
 
 KEYWORDS = frozenset((
@@ -89,8 +89,11 @@ def make_unit(
     columns = columns or tuple(p.name for p in model.scalar_parameters if p.name not in fixed)
     program = build_program(model, columns)
     outputs = tuple(o.name for o in model.outputs)
-    step = rewrite(only(program, program.step, outputs), at_step(model, fixed))
-    first = rewrite(only(program, program.first or program.step, outputs), at_start(model, fixed))
+    roots = [rewrite_root(r, fixed) for r in program.roots]
+    kept = {r.name: arguments for r, arguments in roots}
+    program = replace(program, roots=tuple(r for r, _ in roots))
+    step = rewrite(only(program, program.step, outputs), at_step(model, fixed, kept))
+    first = rewrite(only(program, program.first or program.step, outputs), at_start(model, fixed, kept))
     maker = _Maker(model, program, step, first, prefix or c_name(model.id), fixed)
     return maker.unit()
 

@@ -114,14 +114,14 @@ def _of_trial(unit: Unit, k: int, trial: Trial, epsilon: float, first: Sensed | 
 def _jacobian(
     unit: Unit, trial: Trial, slopes: Mapping[str, np.ndarray], size: np.ndarray, allowed: np.ndarray
 ) -> np.ndarray:
-    """(samples, rows, columns, 3): derivative, the size it is judged by, the error allowed."""
+    """(samples, rows, columns, 3): derivative, size it is judged by (output/parameter/1000 at least), limit."""
     names = [s.name for s in unit.outputs]
     rows = [names.index(r) for r in unit.rows]
     value = np.stack([slopes[c][:, rows] for c in unit.columns], axis=-1)
     sizes = np.array([abs(trial.parameters[c]) or 1.0 for c in unit.columns])
-    least = mp.mpf(10) ** -12 * np.max(size[:, rows], axis=0)[:, None] / sizes
-    peak = np.broadcast_to(np.maximum(np.max(np.abs(value), axis=0), least), value.shape)
-    value = np.where(np.abs(value) < mp.mpf(10) ** -3 * least, mp.mpf(0), value)
+    whole = np.max(size[:, rows], axis=0)[:, None] / sizes
+    peak = np.broadcast_to(np.maximum(np.max(np.abs(value), axis=0), whole / 1000), value.shape)
+    value = np.where(np.abs(value) < mp.mpf(10) ** -20 * whole, mp.mpf(0), value)
     limit = 8 * allowed[:, rows][:, :, None] / sizes
     return np.stack([value, peak, np.broadcast_to(limit, value.shape)], axis=-1)
 
