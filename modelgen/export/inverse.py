@@ -26,8 +26,8 @@ def inverse(model: Model, output: str = "", drive: str = "") -> Model:
     """The model whose input is the wanted `output`, and whose output is the input `drive` that gives it.
 
     By default the first output, and the first input after time. Rates of the drive become differences over
-    the step; the drive is sought between two new parameters, drive_min and drive_max (an actuator's ends). Where
-    the output cannot be had there, no step is taken. At the first sample the drive is drive_0.
+    the step; the drive is sought between two new parameters, drive_min and drive_max (an actuator's ends).
+    Where the output cannot be had there, no step is taken. At the first sample the drive is drive_0.
     Raises InputError for a model without memory, or with a rate or an implicit equation of its own.
     """
     z, wanted = _ends(model, output, drive)

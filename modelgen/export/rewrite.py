@@ -71,7 +71,8 @@ def rewrite_root(root: Root, fixed: Mapping[str, float]) -> tuple[Root, tuple[in
 
 def roots_of(sample: Sample) -> list[int]:
     """All nodes that a sample gives."""
-    pairs = [*sample.equations.values(), *(d for row in sample.jacobian.values() for d in row)]
+    pairs = [*sample.equations.values(), *sample.fitted.values()]
+    pairs += [d for row in sample.jacobian.values() for d in row]
     parts = [x for pair in pairs for x in pair if x is not None]
     return [*parts, *sample.states.values(), *sample.sensitivities.values()]
 
@@ -88,6 +89,7 @@ def only(program: Program, sample: Sample, equations: tuple[str, ...]) -> Sample
     return Sample(
         sample.graph,
         {n: sample.equations[n] for n in equations},
+        sample.fitted,
         {n: sample.jacobian[n] for n in program.outputs},
         sample.states,
         sample.sensitivities,
@@ -107,6 +109,7 @@ def _rewrite(sample: Sample, places: Places) -> Sample:
     return Sample(
         graph,
         {n: pair(p) for n, p in sample.equations.items()},
+        {n: pair(p) for n, p in sample.fitted.items()},
         {n: tuple(pair(d) for d in row) for n, row in sample.jacobian.items()},
         {n: new[at] for n, at in sample.states.items()},
         {key: new[at] for key, at in sample.sensitivities.items()},

@@ -209,7 +209,7 @@ class _Maker:
 
     def _routine(self, name: str, says: str, sample: Sample, jacobian: bool) -> Routine:
         starts = name.startswith("start")
-        results = _results(sample, self.program, self.outputs_of(sample), jacobian)
+        results = _results(sample, self.program, self.outputs_of(sample, jacobian), jacobian)
         roots = list(results.all())
         need = sample.graph.needed(roots)
         printer = Printer(sample.graph)
@@ -240,8 +240,10 @@ class _Maker:
         body = [*(f"(void){x};" for x in unused if re.search(rf"\*{x}\b", arguments)), *body]
         return Routine(name, says, arguments, tuple(body), operations(sample.graph, need))
 
-    def outputs_of(self, sample: Sample) -> list[Pair]:
-        return [sample.equations[o.name] for o in self.model.outputs]
+    def outputs_of(self, sample: Sample, jacobian: bool) -> list[Pair]:
+        """Values as the source writes them; beside derivatives, in the form that these share."""
+        form = {**sample.equations, **(sample.fitted if jacobian else {})}
+        return [form[o.name] for o in self.model.outputs]
 
     def _arguments(self, jacobian: bool) -> str:
         parts = [f"const {self.prefix}_parameters *p"]

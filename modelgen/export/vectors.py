@@ -114,7 +114,7 @@ def _of_trial(unit: Unit, k: int, trial: Trial, epsilon: float, first: Sensed | 
 def _jacobian(
     unit: Unit, trial: Trial, slopes: Mapping[str, np.ndarray], size: np.ndarray, allowed: np.ndarray
 ) -> np.ndarray:
-    """(samples, rows, columns, 3): derivative, size it is judged by (output/parameter/1000 at least), limit."""
+    """(samples, rows, columns, 3): derivative, size to judge by (output/parameter/1000 or more), limit."""
     names = [s.name for s in unit.outputs]
     rows = [names.index(r) for r in unit.rows]
     value = np.stack([slopes[c][:, rows] for c in unit.columns], axis=-1)
