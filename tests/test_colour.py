@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from modelgen.diagnose.colour import factor, smeared
+from modelgen.fit.colour import factor, smeared
 
 
 @pytest.mark.parametrize(("a", "variance"), [((1.0, -0.9, 0.1), 0.3), ((1.0, -0.5), 1.0)])

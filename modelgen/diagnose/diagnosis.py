@@ -11,7 +11,7 @@ import numpy as np
 
 from modelgen.diagnose.conclude import conclude
 from modelgen.diagnose.hypothesis import Hypothesis, additions, make_hypotheses
-from modelgen.diagnose.noise import errors_in_motion, masked, outliers
+from modelgen.diagnose.noise import masked, outliers
 from modelgen.diagnose.refit import Fit, Judge, base_starts
 from modelgen.diagnose.scales import port_scale, record_scales
 from modelgen.diagnose.search import Outcome, Progress, Setting, search, white_judge
@@ -19,7 +19,8 @@ from modelgen.diagnose.thin import thin
 from modelgen.diagnose.verdict import Verdict
 from modelgen.effects import Effect
 from modelgen.fit import PSO
-from modelgen.fit.experiment import Experiment, experiment
+from modelgen.fit.experiment import experiment
+from modelgen.fit.motion import errors_in_motion
 from modelgen.fit.problem import Problem
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array, Series, make_series
@@ -83,7 +84,8 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
     marks = tuple(outliers(e) for e in fit.white)
     series = masked(_levelled(series, fit), marks)
     if model.is_time_model:
-        series = tuple(_with_motion(model, case, fit, k, s) for k, s in enumerate(series))
+        ex = replace(fit.hypothesis.experiment, series=series)
+        series = tuple(errors_in_motion(ex, case, r, fit.theta, k) for k, r in enumerate(case.fit))
     base = make_hypotheses(model, case, series, [()])
     judge = white_judge(series)
     fit = judge.fit(base[0], [fit.theta, *base_starts(base[0], seed, 4)])
@@ -122,19 +124,6 @@ def _boxed(p: Problem, reach: float) -> Problem:
     low = np.where(signed, -min(reach, 30.0) * size, size / reach)
     high = np.where(signed, min(reach, 30.0) * size, size * reach)
     return replace(p, lower=np.maximum(p.lower, np.minimum(low, p.start)), upper=np.minimum(p.upper, high))
-
-
-def _with_motion(model: Model, case: Case, fit: Fit, k: int, s: Series) -> Series:
-    """The series with errors of its motion among the noise, by the base as it is fitted."""
-    e = fit.hypothesis.experiment
-
-    def force(changed: Series) -> Array:
-        one = Experiment(
-            e.model, e.function, replace(e.layout, place=e.layout.place[k : k + 1]), (changed,), e.constants
-        )
-        return one.raw(fit.theta, 0)
-
-    return errors_in_motion(model, case, case.fit[k], s, force)
 
 
 def _levelled(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:

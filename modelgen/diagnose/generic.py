@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from modelgen.diagnose.colour import coloured
 from modelgen.diagnose.evidence import effective, settled
 from modelgen.diagnose.refit import Fit, Judge
 from modelgen.diagnose.screen import Tangent
+from modelgen.fit.colour import coloured
 from modelgen.fit.series import Array, Whitener
 from modelgen.language import Model
 

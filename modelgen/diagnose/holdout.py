@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from modelgen.diagnose.noise import errors_in_motion, outliers
+from modelgen.diagnose.noise import outliers
 from modelgen.diagnose.refit import Fit
 from modelgen.diagnose.search import Setting
 from modelgen.diagnose.verdict import Rms
 from modelgen.errors import InputError
 from modelgen.fit import GaussNewton
 from modelgen.fit.experiment import Experiment, make_layout
+from modelgen.fit.motion import errors_in_motion
 from modelgen.fit.problem import Problem
 from modelgen.fit.series import Array, Series, make_series
 
@@ -46,7 +46,7 @@ def look_at_holdout(setting: Setting, base: Fit, best: Fit, scale: float) -> Hel
         s = _levelled_like(setting.series[0], s)
         if setting.model.is_time_model:
             e, theta = predict(best, s, setting)
-            s = errors_in_motion(setting.model, setting.case, r, s, _force(e, theta))
+            s = errors_in_motion(replace(e, series=(s,)), setting.case, r, theta, 0)
         moved.append(s)
     raws, rms = [], []
     for fit in (base, best):
@@ -60,10 +60,6 @@ def look_at_holdout(setting: Setting, base: Fit, best: Fit, scale: float) -> Hel
         raws.append(tuple(held))
         rms.append(Rms(_rms(mine), _rms(held), _rms(white, True) / scale, _rms(held_white, True) / scale))
     return Held(tuple(moved), raws[0], raws[1], rms[0], rms[1], notes)
-
-
-def _force(e: Experiment, theta: Array) -> Callable[[Series], Array]:
-    return lambda changed: replace(e, series=(changed,)).raw(theta, 0)
 
 
 def _levelled_like(fit: Series, s: Series) -> Series:

@@ -3,15 +3,12 @@ the base."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from modelgen.fit.series import Array, Series, input_noise
-from modelgen.language import Model
-from modelgen.recordings import Case, Recording
+from modelgen.fit.series import Array, Series
 
 GROSS = 6.0
 """A sample this many robust standard deviations from its neighbours' median is an outlier."""
@@ -63,60 +60,6 @@ def correlation_length(white: Sequence[Array]) -> float:
             total += 2 * c
         longest = max(longest, total)
     return longest
-
-
-ENDS = 4.0
-"""How much worse a smoothed motion is near the ends of a record than its own estimate says."""
-
-
-def errors_in_motion(
-    model: Model, case: Case, recording: Recording, s: Series, force: Callable[[Series], Array]
-) -> Series:
-    """The series with the noise that errors of the smoothed displacement and of its rate make in the output.
-
-    `force` evaluates the base at its fit on a series; errors of displacement are propagated through it,
-    sample by sample, so that they count as noise and not as physics.
-    """
-    motion = {i.derived[0]: i.name for i in model.inputs if i.derived}
-    moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
-    if moved is None:
-        return s
-    from modelgen.recordings.kinematics import kinematics
-
-    k = kinematics(
-        recording.inputs[model.axis], recording.inputs[moved], input_noise(model, case, recording)[moved]
-    )
-    n = np.arange(s.n)
-    window = np.maximum(np.broadcast_to(k.window, s.n), 1)
-    ends = np.where((n < window) | (s.n - 1 - n < window), ENDS, 1.2)
-    base = force(s)
-    off = np.zeros(s.n)
-    places: dict[str, Any] = {motion["rate"]: k.sigma_v, moved: k.sigma_z * _left(window)}
-    for name, std in places.items():
-        std = np.broadcast_to(std, s.n) * ends
-        if not (np.any(std > 0) and np.all(np.isfinite(std))):
-            continue
-        shifted = {name: s.inputs[name] + std}
-        if name == moved:  # the whole path moves, so that no step of it changes
-            before = np.concatenate([std[:1], std[:-1]])
-            shifted |= {
-                motion[m]: s.inputs[motion[m]] + d
-                for m, d in (("turning", before), ("previous", before))
-                if m in motion
-            }
-        off += (force(replace(s, inputs={**s.inputs, **shifted})) - base)[0] ** 2
-    level = np.sqrt(1.0 + np.mean(np.abs(s.whitener.weight), axis=0) ** 2 * off)
-    return replace(s, whitener=replace(s.whitener.masked(1.0 / level), smear=window))
-
-
-def _left(half: Array) -> Array:
-    """(n,) share of the noise that a local quintic over `half` samples to either side leaves in the value."""
-    from scipy.signal import savgol_coeffs
-
-    left = {
-        h: 1.0 if h <= 4 else float(savgol_coeffs(2 * h + 1, 5)[h]) ** 0.5 for h in np.unique(half).tolist()
-    }
-    return np.array([left[h] for h in half.tolist()])
 
 
 def local_level(white: Array) -> Array:

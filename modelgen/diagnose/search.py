@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from modelgen.diagnose.colour import coloured
 from modelgen.diagnose.evidence import bic, levels
 from modelgen.diagnose.hypothesis import Addition, Hypothesis, make_hypotheses
 from modelgen.diagnose.noise import correlation_length, local_level
 from modelgen.diagnose.refit import Fit, Judge, refine
 from modelgen.diagnose.screen import Score, Tangent, score
+from modelgen.fit.colour import coloured
 from modelgen.fit.series import Array, Series
 from modelgen.language import Model
 from modelgen.recordings import Case

@@ -13,6 +13,7 @@ from modelgen.fit.conditions import broken, held_values
 from modelgen.fit.experiment import Experiment, experiment
 from modelgen.fit.gauss_newton import GaussNewton
 from modelgen.fit.method import Method, Outcome, Progress, Reason, part
+from modelgen.fit.motion import with_motion
 from modelgen.fit.multistart import MultiStart
 from modelgen.fit.problem import Problem, Vector, wide
 from modelgen.fit.recipe import Recipe, fit_recipe
@@ -22,7 +23,7 @@ from modelgen.fit.series import Array, Series, make_series
 from modelgen.fit.trace import make_trace
 from modelgen.fit.uncertainty import assess
 from modelgen.language import Model
-from modelgen.recordings import Case
+from modelgen.recordings import Case, Recording
 
 STARTS = 10  # of each of the two parts of the default search
 REACH = 30.0  # a parameter without a range is searched from its start divided to its start times this
@@ -62,9 +63,12 @@ def fit(
         outcome, says = _searched(method, problem, case, seed, progress), method.text
     if not np.isfinite(outcome.value):
         raise InputError(f"the fit of '{model.id}' failed: {outcome.reason.value.removeprefix('failed: ')}")
+    moved = with_motion(ex, case, case.fit, outcome.theta)
+    if moved is not ex:
+        ex, problem, outcome = moved, *_again(moved, problem, outcome, constrained)
     known = assess(problem, outcome.theta, estimate_noise=not all(s.stated for s in series))
     parts = [(s, ex.raw(outcome.theta, k), w) for k, (s, w) in enumerate(_whitened(ex, outcome.theta))]
-    parts += [predict(ex, case, outcome.theta, make_series(model, case, r)) for r in case.holdout]
+    parts += [predict(ex, case, outcome.theta, r) for r in case.holdout]
     found = estimates(problem, outcome.theta, known)
     over = {role: _rms([w for s, _, w in parts if s.role == role]) for role in ("fit", "holdout")}
     return FitResult(
@@ -81,12 +85,20 @@ def fit(
     )  # fmt: skip
 
 
-def predict(ex: Experiment, case: Case, theta: Vector, series: Series) -> tuple[Series, Array, Array]:
-    """`series`, its raw and its whitened residual (channels, n), with the shared values of θ.
+def _again(ex: Experiment, before: Problem, outcome: Outcome, constrained: bool) -> tuple[Problem, Outcome]:
+    """The problem of `ex`, whose noise is another than `before`, and its optimum near that of before."""
+    problem = replace(ex.problem(constrained=constrained), start=before.start)
+    last = GaussNewton().run(problem, outcome.theta)
+    return problem, replace(outcome, theta=last.theta, value=last.value)
 
-    θ belongs to the layout of `ex`. Parameters with a value in each recording are fitted to `series` alone.
+
+def predict(ex: Experiment, case: Case, theta: Vector, held: Recording) -> tuple[Series, Array, Array]:
+    """The recording `held` as a series, its raw and whitened residual (channels, n), by the shared θ.
+
+    θ belongs to the layout of `ex`. Parameters with a value in each recording are fitted to it alone.
     Raises InputError when it is shorter than these are many, or lacks a constant that all others have.
     """
+    series = make_series(ex.model, case, held)
     lost = (
         set.intersection(*(set(s.constants) for s in ex.series)) - set(case.constants) - set(series.constants)
     )
@@ -103,7 +115,8 @@ def predict(ex: Experiment, case: Case, theta: Vector, series: Series) -> tuple[
     own = np.array([n in alone.layout.own for n in alone.layout.names], dtype=bool)
     if own.any():
         full[own] = GaussNewton().run(_only(alone, full, own)).theta
-    return series, alone.raw(full, 0), alone.whitened(full)[0]
+    alone = with_motion(alone, case, [held], full)
+    return alone.series[0], alone.raw(full, 0), alone.whitened(full)[0]
 
 
 def _only(ex: Experiment, full: Vector, free: Array) -> Problem:

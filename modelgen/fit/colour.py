@@ -127,6 +127,11 @@ def _banded(w: Whitener, x: Array, a: Array, clean: Array, used: Array, rows: Ar
     return replace(w, ar=a, band=L)
 
 
+def beside(w: Whitener, rows: Array) -> Whitener:
+    """`w` with noise of covariance R Rᵀ (`rows` as `smeared` gives them) beside its own, which is 1."""
+    return replace(w, ar=np.ones(1), band=factor(np.ones(1), 1.0, np.zeros(len(rows)), rows))
+
+
 def smeared(variance: Array, width: Array) -> Array:
     """(n, 2 m + 1) rows of a matrix R, centred on its diagonal: R Rᵀ is the covariance of what noise leaves
     in a

@@ -1,0 +1,64 @@
+"""Noise of the displacement: its share of the residual is known, so that standard deviations are honest."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import modelgen as mg
+from modelgen.fit.experiment import experiment
+from modelgen.fit.motion import with_motion
+from modelgen.fit.series import make_series
+from modelgen.recordings import Case
+
+TRUE = {"k_D": 0.6797, "c_D": 0.1374, "h_D": 0.2309, "rho": 1.44, "F_0": 1.3, "r_0": -0.8}
+DAHL = mg.models.modified_dahl
+
+
+def drawn(folder: Path, seed: int, z_noise: float, F_noise: float) -> Case:
+    """A record of the model with independent noise of displacement [mm] and force [N], both stated."""
+    t, rng = np.arange(1500) / 300.0, np.random.default_rng(seed)
+    z = -3 * np.cos(5.65 * t) * (0.7 + 0.3 * np.cos(0.82 * t))
+    F = mg.build(DAHL)(t=t, z=z, **TRUE) + F_noise * rng.standard_normal(t.size)
+    table = np.column_stack([t, z + z_noise * rng.standard_normal(t.size), F])
+    np.savetxt(folder / "a.csv", table, delimiter=",", header="t [s],z [mm],F [N]", comments="")
+    noise = f"[noise]\nF = {F_noise}\nz = {z_noise}\n"
+    (folder / "case.toml").write_text(f'model = "{DAHL.id}"\n{noise}[[recording]]\nfile = "a.csv"\n')
+    return mg.read_case(folder / "case.toml")
+
+
+def test_the_residual_of_the_truth_is_white(tmp_path: Path) -> None:
+    """Under the noise of force alone it is far from it: ten times too large and smooth."""
+    squares, neighbours, alone = [], [], []
+    for seed in range(12):
+        case = drawn(tmp_path, seed, 0.005, 0.0005)
+        ex = experiment(DAHL, case, [make_series(DAHL, case, case.fit[0])])
+        theta = np.array([TRUE[n] for n in ex.layout.names])
+        alone.append(np.mean(ex.whitened(theta)[0] ** 2))
+        white = with_motion(ex, case, case.fit, theta).whitened(theta)[0][0]
+        squares.append(np.mean(white**2))
+        neighbours.append(np.mean(white[1:] * white[:-1]) / squares[-1])
+    assert np.mean(alone) > 10
+    assert 0.7 < np.mean(squares) < 1.1
+    assert abs(np.mean(neighbours)) < 0.12
+
+
+def test_slight_noise_changes_nothing(tmp_path: Path) -> None:
+    case = drawn(tmp_path, 0, 1e-6, 0.005)
+    ex = experiment(DAHL, case, [make_series(DAHL, case, case.fit[0])])
+    assert with_motion(ex, case, case.fit, ex.problem().start) is ex
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("z_noise", "F_noise"), [(2.9e-4, 5e-4), (5e-3, 5e-3)])
+def test_coverage_with_noise_of_the_displacement(z_noise: float, F_noise: float, tmp_path: Path) -> None:
+    """100 draws of six parameters: one standard deviation holds 68 %, three hold all but a few."""
+    pulls = []
+    for seed in range(100):
+        found = mg.fit(DAHL, drawn(tmp_path, seed, z_noise, F_noise), method=mg.GaussNewton())
+        pulls.append([(found[n].value - x) / found[n].std for n, x in TRUE.items()])
+    size = np.abs(pulls)
+    assert 0.6 < np.mean(size < 1) < 0.82
+    assert np.mean(size < 3) > 0.985
