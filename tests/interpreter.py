@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import jv
 
@@ -33,6 +34,14 @@ def _dahl_step(u: Any, x: Any, b: float) -> Any:
     return base ** (1 / (1 - b)) if base > 0 else 0.0
 
 
+def _bouc_wen_step(q: float, x: float, n: float, sigma: float) -> float:
+    done = solve_ivp(
+        lambda _, q: 1 - (1 if q[0] > 0 else 1 - 2 * sigma) * abs(q[0]) ** n,
+        (0, x), [q], rtol=1e-12, atol=1e-14,
+    )
+    return float(done.y[0][-1])
+
+
 def _sinhc(x: Any) -> Any:
     return np.where(x == 0, 1.0, np.sinh(x) / np.where(x == 0, 1.0, x))
 
@@ -41,6 +50,7 @@ OWN = {
     "powj": _powj,
     "eddy_factor": _eddy_factor,
     "dahl_step": _dahl_step,
+    "bouc_wen_step": _bouc_wen_step,
     "sinhc": _sinhc,
     "sign": np.sign,
     "re": np.real,

@@ -54,6 +54,8 @@ class Ladder:
     id: str
     model: Model
     port: Port
+    count: int = ARMS
+    step: float = STEP
 
     @property
     def rate(self) -> Parameter:
@@ -69,16 +71,16 @@ class Ladder:
         return self.port["z"] - Symbol(f"{self.id}_z{i}", real=True)
 
     def power_law(self, alpha: Any) -> Any:
-        """(jω/unit_omega)^α z: weights (sin πα/π) STEP s_i^α, and geometric sums for what lies beyond the
+        """(jω/unit_omega)^α z: weights (sin πα/π) step s_i^α, and geometric sums for what lies beyond the
         ladder."""
-        reach = STEP * (ARMS - 1)
+        reach = self.step * (self.count - 1)
         top = self.rate * number_exp(reach)
-        lowest = sin(pi * alpha) / pi * STEP * (self.rate / Symbol("unit_omega", real=True)) ** alpha
+        lowest = sin(pi * alpha) / pi * self.step * (self.rate / Symbol("unit_omega", real=True)) ** alpha
         highest = lowest * exp(alpha * reach)
-        slower = [lowest / (exp((n + alpha) * STEP) - 1) for n in (0, 1)]
-        faster = [highest / (exp((n - alpha) * STEP) - 1) for n in (1, 2)]
-        total = sum(lowest * exp(alpha * STEP * i) * self.stretch(i) for i in range(ARMS))
-        total += slower[1] * self.stretch(0) + faster[1] * self.stretch(ARMS - 1)
+        slower = [lowest / (exp((n + alpha) * self.step) - 1) for n in (0, 1)]
+        faster = [highest / (exp((n - alpha) * self.step) - 1) for n in (1, 2)]
+        total = sum(lowest * exp(alpha * self.step * i) * self.stretch(i) for i in range(self.count))
+        total += slower[1] * self.stretch(0) + faster[1] * self.stretch(self.count - 1)
         return (
             total
             + (slower[0] - slower[1]) * (self.port["z"] - self.rest)
@@ -87,16 +89,16 @@ class Ladder:
 
     def logarithm(self) -> Any:
         """ln(jω/unit_omega) z: equal weights, the power law's rule at α → 0."""
-        ends = [1 / expm1(n * STEP) for n in (1, 2)]
-        top = self.rate * number_exp(STEP * (ARMS - 1))
-        below = log(self.rate / Symbol("unit_omega", real=True)) / STEP - 0.5 - ends[0]
+        ends = [1 / expm1(n * self.step) for n in (1, 2)]
+        top = self.rate * number_exp(self.step * (self.count - 1))
+        below = log(self.rate / Symbol("unit_omega", real=True)) / self.step - 0.5 - ends[0]
         total = (
-            sum(self.stretch(i) for i in range(ARMS))
+            sum(self.stretch(i) for i in range(self.count))
             + ends[0] * self.stretch(0)
-            + ends[1] * self.stretch(ARMS - 1)
+            + ends[1] * self.stretch(self.count - 1)
         )
         total += below * (self.port["z"] - self.rest) + (ends[0] - ends[1]) / top * self.port["v"]
-        return STEP * total
+        return self.step * total
 
     def add(self, force: Any, text: str) -> Model:
         """The model with the arms and their `force` at the port."""
@@ -104,10 +106,13 @@ class Ladder:
         dt = at["t"] - at["t_prev"]
         arms = [
             replace(
-                arm(f"{self.id}_z{i}", self.rate * dt * number_exp(STEP * i), at, self.rest), ref=f"arm {i}"
+                arm(f"{self.id}_z{i}", self.rate * dt * number_exp(self.step * i), at, self.rest),
+                ref=f"arm {i}",
             )
-            for i in range(ARMS)
+            for i in range(self.count)
         ]
         term = Equation(f"{self.id}_F", force, self.model[at.equation].unit, text=text)
         model = self.model.with_parameters(self.rate, self.rest)
-        return model.extend(at.equation, lambda F: F + term, statements=(*arms, term))
+        return model.extend(
+            at.equation, lambda F: F + term, statements=(*arms, term), text=f"with the {text}"
+        )

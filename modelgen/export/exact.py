@@ -37,10 +37,38 @@ def dahl_step(u: Any, x: Any, b: Any) -> Any:
     return base ** (1 / (1 - b)) if base > 0 else mp.mpf(0)
 
 
+def bouc_wen_step(q: Any, x: Any, n: Any, sigma: Any) -> Any:
+    """The way from 0 to q is q 2F1(1, 1/n; 1 + 1/n; c|q|ⁿ); inverted by Newton steps, in s = −ln(1 − q) on
+    loading."""
+
+    def way(y: Any) -> Any:
+        c = 1 if y > 0 else 1 - 2 * sigma
+        if n == 1:
+            return -mp.sign(y) * mp.log1p(-c * abs(y)) / c if c else y
+        return y * mp.hyp2f1(1, 1 / n, 1 + 1 / n, c * abs(y) ** n)
+
+    def rate(y: Any) -> Any:
+        return 1 - (1 if y > 0 else 1 - 2 * sigma) * abs(y) ** n
+
+    if x == 0 or q >= 1:
+        return q
+    wanted, tiny = way(q) + x, mp.mpf(10) ** (2 - mp.mp.dps)
+    loading = wanted > 0
+    at = max(-mp.log1p(-q), mp.mpf(0)) if loading else min(q + rate(q) * x, mp.mpf(0))
+    for _ in range(100):
+        end = -mp.expm1(-at) if loading else at
+        miss = (wanted - way(end)) * rate(end) * (mp.exp(at) if loading else 1)
+        at += miss
+        if abs(miss) <= tiny:
+            break
+    return -mp.expm1(-at) if loading else at
+
+
 FUNCTIONS = {
     "eddy_factor": eddy_factor,
     "eddy_deficit": lambda p: (1 - eddy_factor(p)) / (1j * p) if p else mp.mpf(1) / 8,
     "dahl_step": dahl_step,
+    "bouc_wen_step": bouc_wen_step,
     "sinhc": lambda x: mp.sinh(x) / x if x else mp.mpf(1),
     "gamma": mp.gamma,
     "digamma": mp.digamma,

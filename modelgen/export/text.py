@@ -67,8 +67,8 @@ def _used(code: str) -> set[str]:
     used = set(re.findall(r"\bmg_\w+", code))
     if {"mg_eddy_factor", "mg_eddy_deficit", "mg_xcotx", "mg_xcotx_slope"} & used:
         used.add("mg_complex")
-    if any(name.startswith("mg_dahl_step") for name in used):
-        used.add("mg_dahl_step")
+    for family in ("mg_dahl_step", "mg_bouc_wen_step"):
+        used |= {family for name in used if name.startswith(family)}
     return used
 
 

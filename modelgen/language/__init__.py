@@ -25,7 +25,7 @@ from sympy import (
     tanh,
 )
 
-from modelgen.language.functions import dahl_step, eddy_factor, gamma, powdiff, powj
+from modelgen.language.functions import bouc_wen_step, dahl_step, eddy_factor, gamma, powdiff, powj
 from modelgen.language.model import Model, Output, Port, check_name, check_option
 from modelgen.language.quantities import (
     ComplexParameter,
@@ -51,8 +51,8 @@ j = I
 __all__ = [
     "Abs", "ComplexParameter", "Condition", "Equation", "I", "Implicit", "Input", "Max", "Min", "Model",
     "Output", "Parameter", "Piecewise", "Port", "Rational", "State", "Statement", "Symbol", "Symbolic",
-    "acceleration_of", "amplitude_of", "arg", "asin", "check_name", "check_option", "complex_parameter",
-    "cos", "cosh", "dahl_step", "eddy_factor", "exp", "gamma", "im", "j", "log", "pi", "powdiff",
-    "powj", "previous", "quadrature_of", "rate_of", "re", "sign", "sin", "sinh", "sqrt", "tan", "tanh",
-    "turning_point_of",
+    "acceleration_of", "amplitude_of", "arg", "asin", "bouc_wen_step", "check_name", "check_option",
+    "complex_parameter", "cos", "cosh", "dahl_step", "eddy_factor", "exp", "gamma", "im", "j", "log", "pi",
+    "powdiff", "powj", "previous", "quadrature_of", "rate_of", "re", "sign", "sin", "sinh", "sqrt", "tan",
+    "tanh", "turning_point_of",
 ]  # fmt: skip

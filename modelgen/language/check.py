@@ -137,9 +137,9 @@ ANY = None
 """Unit of zero, infinity and the like: agrees with every unit."""
 
 
-def _same(a: Any, b: Any, says: str) -> Any:
+def _same(a: Any, b: Any, says: str, where: Any = None) -> Any:
     """Return the unit of both, or raise: neither dimension nor scale may differ (mm + m is a mistake,
-    too)."""
+    too). `where` is the expression to show."""
     if a is ANY or b is ANY:
         return b if a is ANY else a
     if a == b:
@@ -150,7 +150,8 @@ def _same(a: Any, b: Any, says: str) -> Any:
     if a.dimensionality != b.dimensionality or (
         a.dimensionality and abs(ureg.Quantity(1.0, a).to(b).magnitude - 1) > 1e-9  # deg, rad and 1 pass
     ):
-        raise _UnitError(says.format(f"{a:~}" or "1", f"{b:~}" or "1"))
+        shown = f", in {_short(where)}" if where is not None else ""
+        raise _UnitError(says.format(f"{a:~}" or "1", f"{b:~}" or "1") + shown)
     return a
 
 
@@ -163,7 +164,7 @@ def _unit(expr: Any, units: dict[str, Any], one: Any) -> Any:
     if isinstance(expr, sp.Add | sp.Max | sp.Min):
         total = ANY
         for a in expr.args:
-            total = _same(total, _unit(a, units, one), f"{{}} and {{}} can't be added in {_short(expr)}")
+            total = _same(total, _unit(a, units, one), "{} and {} can't be added", expr)
         return total
     if isinstance(expr, sp.Mul):
         product = one
@@ -179,7 +180,7 @@ def _unit(expr: Any, units: dict[str, Any], one: Any) -> Any:
     if isinstance(expr, sp.Piecewise):
         total = ANY
         for value, condition in expr.args:
-            total = _same(total, _unit(value, units, one), f"branches in {{}} and {{}} in {_short(expr)}")
+            total = _same(total, _unit(value, units, one), "branches in {} and {}", expr)
             _unit_condition(condition, units, one)
         return total
     if isinstance(expr, sp.arg | sp.sign):
@@ -191,7 +192,8 @@ def _unit(expr: Any, units: dict[str, Any], one: Any) -> Any:
         _same(
             _unit(a, units, one),
             one,
-            f"argument of {type(expr).__name__} is in {{}}, not in {{}}, in {_short(expr)}",
+            f"argument of {type(expr).__name__} is in {{}}, not in {{}}",
+            expr,
         )
     return one
 
@@ -199,7 +201,7 @@ def _unit(expr: Any, units: dict[str, Any], one: Any) -> Any:
 def _unit_condition(condition: Any, units: dict[str, Any], one: Any) -> None:
     if isinstance(condition, sp.core.relational.Relational):
         left, right = (_unit(a, units, one) for a in condition.args)
-        _same(left, right, f"{{}} and {{}} can't be compared in {_short(condition)}")
+        _same(left, right, "{} and {} can't be compared", condition)
     else:
         for a in getattr(condition, "args", ()):
             _unit_condition(a, units, one)
@@ -210,10 +212,8 @@ def _power(expr: Any, units: dict[str, Any], one: Any) -> Any:
     unit = _unit(base, units, one)
     if exponent.is_Rational or exponent.is_Float:
         return one if unit is ANY else unit ** float(exponent)
-    _same(_unit(exponent, units, one), one, f"exponent is in {{}}, not in {{}}, in {_short(expr)}")
-    _same(
-        unit, one, f"base of a power with a symbol in its exponent is in {{}}, not in {{}}, in {_short(expr)}"
-    )
+    _same(_unit(exponent, units, one), one, "exponent is in {}, not in {}", expr)
+    _same(unit, one, "base of a power with a symbol in its exponent is in {}, not in {}", expr)
     return one
 
 

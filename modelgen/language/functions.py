@@ -140,5 +140,45 @@ class dahl_step_b(sp.Function):
     nargs = 3
 
 
+class bouc_wen_step(sp.Function):
+    """Solution of dq/dx = 1 − c|q|ⁿ after x >= 0 from q, where c = 1 for q > 0 and 1 − 2σ for q < 0.
+
+    A monotonic stroke of the Bouc–Wen model, −1 <= q <= 1, n >= 1, σ >= 1/2. The way from 0 to q, the
+    integral of 1/(1 − c|q|ⁿ), is by Gauss's rule of 24 points with the pole at q = 1 taken out: to 1e-14 for
+    n <= 2. The same way for every step, so parts of a stroke add up to the whole.
+    """
+
+    nargs = 4
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        return (bouc_wen_step_q, bouc_wen_step_x, bouc_wen_step_n, bouc_wen_step_sigma)[argindex - 1](
+            *self.args
+        )
+
+
+class bouc_wen_step_q(sp.Function):
+    """∂ bouc_wen_step/∂q = (1 − c|step|ⁿ)/(1 − c|q|ⁿ). Its own derivative is not offered."""
+
+    nargs = 4
+
+
+class bouc_wen_step_x(sp.Function):
+    """∂ bouc_wen_step/∂x = 1 − c|step|ⁿ. Its own derivative is not offered."""
+
+    nargs = 4
+
+
+class bouc_wen_step_n(sp.Function):
+    """∂ bouc_wen_step/∂n: −(1 − c|step|ⁿ) times the growth with n of the way. Its own is not offered."""
+
+    nargs = 4
+
+
+class bouc_wen_step_sigma(sp.Function):
+    """∂ bouc_wen_step/∂σ: −(1 − c|step|ⁿ) times the growth with σ of the way. Its own is not offered."""
+
+    nargs = 4
+
+
 COMPLEX_VALUED = (eddy_factor, eddy_deficit, powj, cpow, clog)
 """Functions whose value is complex whatever their arguments are."""

@@ -20,6 +20,11 @@ SHIPPED = (
     "modified_dahl",
     "complex_stiffness",
     "electrodynamic_transducer",
+    "kelvin_voigt",
+    "bouc_wen",
+    "lugre",
+    "four_parameter_viscoelastic",
+    "fractional_kelvin_voigt",
 )
 """Ids of the models that ship; each is also an attribute of this package, made when first asked for."""
 
