@@ -258,3 +258,26 @@ def test_a_fit_that_is_right_is_not_refused_for_lack_of_noise(folder: Path) -> N
     (folder / "case.toml").write_text(CASE.replace("electrodynamic_transducer", "coil.py:coil").replace(
         "[constants]\nM_m = 0.015\n", ""))  # fmt: skip
     assert main(["fit", "case.toml"]) == 0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits of a process are POSIX")
+def test_a_full_disk_leaves_nothing_half_written(folder: Path) -> None:
+    """Files of at most 3 kB: too small for a compiled model, its C, and a plot."""
+    code = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000)); "
+    code += "from modelgen.cli import main; sys.exit(main())"
+    assert main(["fit", "case.toml"]) == 0  # compiled by now
+    before = contents(folder)
+    for arguments in (
+        ["fit", "case.toml", "--plot", "fit.png"],
+        ["build", "coil.py:coil", "--out", "generated"],
+        ["export", "coil.py:coil", "--out", "exported"],
+    ):
+        done = subprocess.run(
+            [sys.executable, "-B", "-c", code, *arguments],
+            capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)}, cwd=folder,
+        )  # fmt: skip
+        assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+        assert "too large" in done.stderr.lower()
+        after = contents(folder)
+        assert all(after[name] == before[name] for name in before)
+        assert not [name for name in after if name.endswith((".part", ".tmp", ".png"))]

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from collections.abc import Sequence
 
 from modelgen.errors import ModelgenError
+
+FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS)
+"""What the system says when there is no more room, which may strike wherever a file is written."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -24,6 +28,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of a pipe has gone, as `| head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as why:
+        if why.errno not in FULL:
+            raise
+        return _say(f"cannot write {why.filename or 'a file'}: {why.strerror}", 2)
     except Exception as why:
         # Typer's own exceptions: their classes stand in other modules from one version to the next
         if type(why).__name__ == "Abort":
