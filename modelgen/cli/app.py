@@ -85,7 +85,7 @@ def diagnose(
 @app.command()
 def export(
     models: Annotated[list[str], typer.Argument(metavar="MODEL...", help=MODEL)],
-    target: Annotated[str, typer.Option(help="what to write: c99")] = "c99",
+    target: Annotated[str, typer.Option(help="what to write: c99 or fmu")] = "c99",
     out: Annotated[Path | None, typer.Option(help="folder, by default export/MODEL")] = None,
     real: Annotated[str, typer.Option(help="precision of the C: double or float")] = "double",
     name: Annotated[str, typer.Option(help="prefix of the C's names, by default the model's")] = "",

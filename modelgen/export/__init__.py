@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from modelgen.export.c99 import Settings
     from modelgen.language import Model
 
-TARGETS = ("c99",)
+TARGETS = ("c99", "fmu")
 
 
 def export(model: Model, target: str, folder: Path, settings: Settings | None = None) -> tuple[Path, ...]:
@@ -24,4 +24,8 @@ def export(model: Model, target: str, folder: Path, settings: Settings | None = 
         raise InputError(f"unknown target '{target}'{near} it is one of {', '.join(TARGETS)}")
     from modelgen.export.c99 import Settings, export_c99
 
+    if target == "fmu":
+        from modelgen.export.fmu import export_fmu
+
+        return export_fmu(model, folder, settings or Settings())
     return export_c99(model, folder, settings or Settings())
