@@ -17,6 +17,7 @@ from modelgen.errors import InputError, did_you_mean
 from modelgen.language import Model
 
 Array = np.ndarray[Any, np.dtype[Any]]
+LINE = 64  # bytes
 _SIZE, _POINTER = ctypes.c_size_t, ctypes.c_void_p
 
 
@@ -66,7 +67,7 @@ class Prepared:
 
     def pad(self, rows: Array) -> Array:
         """Data or weights (channels, n) laid out for `sumsq` and `normal`; padding is zero."""
-        full = np.zeros((rows.shape[0], self.stride))
+        full = aligned(rows.shape[0], self.stride)
         full[:, : self.n] = rows
         return full
 
@@ -162,7 +163,7 @@ class Function:
         arrays = tuple(inputs.values())
         n = len(arrays[0])
         stride = -(-n // PADDED) * PADDED
-        work = np.empty((max(1, self.source.staged), stride))
+        work = aligned(max(1, self.source.staged), stride)
         if self.model.inputs:
             self.call("prepare", n, stride, _pointers(arrays), p, work)
         return Prepared(self, n, stride, work, p, arrays)
@@ -230,6 +231,14 @@ class Function:
             result[name] = (out[at] + 1j * out[at + 1] if is_complex else out[at]).reshape(shape)
             at += 2 if is_complex else 1
         return result
+
+
+def aligned(*shape: int) -> Array:
+    """Zeros that begin at a cache line, as vector loads like them."""
+    size = int(np.prod(shape))
+    room = np.zeros(size + LINE // 8)
+    start = -(int(room.ctypes.data) // 8) % (LINE // 8)
+    return room[start : start + size].reshape(shape)
 
 
 def _pointers(arrays: Sequence[Array]) -> Any:

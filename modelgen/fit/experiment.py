@@ -11,6 +11,7 @@ import numpy as np
 
 from modelgen.codegen.function import Function, Prepared
 from modelgen.errors import InputError
+from modelgen.fit.compiled import Compiled, fused
 from modelgen.fit.problem import Problem
 from modelgen.fit.series import Array, Series, Whitener
 from modelgen.language import Model, Parameter
@@ -175,6 +176,7 @@ class Experiment:
         from modelgen.fit.conditions import inequalities
 
         p = self.layout.parameters
+        compiled = self._compiled(whiteners)
         begin = [np.nan if q.default is None else q.default for q in p] if start is None else start
         low, high = np.array([q.bounds[0] for q in p]), np.array([q.bounds[1] for q in p])
         return Problem(
@@ -182,8 +184,9 @@ class Experiment:
             np.array(begin) if start is None else np.clip(begin, low, high),
             residual=lambda t: np.concatenate([w.ravel() for w in self.whitened(t, whiteners)]),
             linearise=lambda t: self.linearised(t, whiteners),
-            normal=lambda t: self.normal(t, whiteners),
-            objective_batch=self._batch(whiteners),
+            normal=compiled.normal if compiled else lambda t: self.normal(t, whiteners),
+            objective_batch=compiled.values if compiled else None,
+            compiled=compiled,
             segments=self._segments(whiteners),
             constraints=inequalities(self) if constrained else (),
             n_data=sum(s.data.size for s in self.series),
@@ -198,30 +201,21 @@ class Experiment:
 
         return lambda count: segments(self, count, whiteners)
 
-    def _batch(self, whiteners: Sequence[Whitener] | None) -> Any:
-        """Sums of squares of many parameter sets by the fused kernels, where the noise is independent."""
-        plans = []
-        for k, s in enumerate(self.series):
-            w = whiteners[k] if whiteners else s.whitener
-            kernel = f"sumsq_{s.measure}"
-            if (
-                w.root is not None
-                or w.ar is not None
-                or kernel not in self.function.addresses
-                or len(s.rows) != self.function.channels(s.measure)
-            ):
+    def _compiled(self, whiteners: Sequence[Whitener] | None) -> Compiled | None:
+        """The sums in C, where the noise is independent and all channels are measured."""
+        chosen = whiteners or [s.whitener for s in self.series]
+        for s, w in zip(self.series, chosen, strict=True):
+            kernels = {f"sumsq_{s.measure}", f"normal_{s.measure}"}
+            there = kernels <= set(self.function.addresses)
+            whole = len(s.rows) == self.function.channels(s.measure)
+            if w.root is not None or w.ar is not None or not (there and whole):
                 return None
-            weight = np.stack([np.abs(w.weight)] * 2) if np.iscomplexobj(w.weight) else w.weight
-            plans.append((self.prepared[k].pad(s.data), self.prepared[k].pad(weight)))
-
-        def batch(thetas: Array) -> Array:
-            total = np.zeros(len(thetas))
-            for k, (data, weight) in enumerate(plans):
-                local = self.layout.local(thetas, k)
-                total += self.prepared[k].sumsq(local, self.series[k].measure, data, weight)
-            return np.where(np.isfinite(total), total, np.inf)
-
-        return batch
+        weights = [w.weight for w in chosen]
+        weights = [np.stack([np.abs(w)] * 2) if np.iscomplexobj(w) else w for w in weights]
+        return fused(
+            self.prepared, [s.measure for s in self.series], [s.data for s in self.series], weights,
+            self.layout.place, self.layout.held, len(self.layout.names),
+        )  # fmt: skip
 
 
 def _difference(out: Array, s: Series) -> Array:

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
 from modelgen.fit.constrained import constrained
 from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, at_least
-from modelgen.fit.problem import FLAT, ZERO, Matrix, Normal, Problem, Vector
+from modelgen.fit.problem import Matrix, Normal, Problem, Vector
 
-TINY = 1e-12  # a hardly damped step, relative to the value, that changes nothing any more
+if TYPE_CHECKING:
+    from modelgen.fit.compiled import Ends
 
 
 @dataclass(frozen=True)
 class GaussNewton(Method):
     """Levenberg–Marquardt on the normal equations; each step is the damped quadratic's minimum within bounds.
+
+    The steps are made in C (templates/fit.c.j2), and so is the whole run where a problem is `compiled`.
 
     The damping follows Nielsen (1999, IMM-REP-1999-05), in units of the Jacobian's column norms (Moré 1978),
     so that parameters need no scaling: an affine change of any of them changes no step. A parameter on a
@@ -44,92 +45,41 @@ class GaussNewton(Method):
 
         if problem.constraints:
             return watch.outcome(constrained(problem, watch.normal_equations, start, descend))
+        if problem.compiled is not None:
+            ends = self.descents(problem, start[None])
+            return ended(watch, ends, 0, tuple(ends.history.tolist()))
         return watch.outcome(descend(watch.normal_equations, start)[1])
+
+    def descents(self, problem: Problem, starts: Matrix) -> Ends:
+        """Where the runs from each of `starts` (m, p) end, all in C; `problem` is compiled."""
+        assert problem.compiled is not None
+        box = (problem.lower, problem.upper, problem.width)
+        return problem.compiled.descend(starts, box, (self.max_iter, self.tol, self.damping))
 
     def _descend(
         self, problem: Problem, evaluate: Callable[[Vector], Normal], theta: Vector, watch: Watch
     ) -> tuple[Vector, Reason]:
         """From θ to the minimum within the bounds of what `evaluate` gives, and why it ended there."""
-        lower, upper = problem.lower, problem.upper
-        f, g, A = evaluate(theta)
-        if not np.isfinite(f):
-            return theta, Reason.NOT_FINITE
-        floor, mu, nu = ZERO * f, self.damping, 2.0
-        D = _scale(A, np.zeros_like(theta))
-        for iteration in range(1, self.max_iter + 1):
-            free = ~((theta <= lower) & (g > 0) | (theta >= upper) & (g < 0))
-            slope = float(np.max(np.abs(g / D)[free], initial=0.0))
-            if f <= floor or slope <= 1e-14 * np.sqrt(f):
-                return theta, Reason.CONVERGED
-            low, high = lower - theta, upper - theta
-            step = _step(A, g, D, mu, free, low, high)
-            trial = np.where(step <= low, lower, np.where(step >= high, upper, theta + step))
-            predicted = -float(step @ (2 * g + A @ step))
-            f_new, g_new, A_new = evaluate(trial)
-            decrease = f - f_new
-            watch.tell(iteration, self.max_iter)
-            gain = decrease / predicted if predicted > 0 else -1.0
-            if decrease > 0 and gain > 1e-4:
-                small = max(decrease, predicted) <= self.tol * f and gain > 0.25
-                theta, f, g, A = trial, f_new, g_new, A_new
-                D = _scale(A, D)
-                mu, nu = max(mu * max(1 / 3, 1 - (2 * gain - 1) ** 3), 1e-16), 2.0
-                if small:
-                    return theta, Reason.CONVERGED
-            elif mu < 1 and np.all(np.abs(step) <= TINY * (np.abs(theta) + 1e-4 * problem.width)):
-                return theta, Reason.CONVERGED
-            elif 0 <= predicted <= 1e-15 * f:
-                # the gain left drowns in rounding; a slope here means that value and gradient disagree
-                flat = problem.promise(theta, (f, g, A)) <= FLAT
-                return theta, Reason.CONVERGED if flat else Reason.STALLED
-            else:
-                mu, nu = mu * nu, 2 * nu
-        return theta, Reason.BUDGET
+        from modelgen.codegen.fitters import RUNNING, Descent
+
+        run = Descent(problem.lower, problem.upper, problem.width, self.max_iter, self.tol, self.damping)
+        status = run.begin(theta, *evaluate(theta))
+        while status == RUNNING:
+            status = run.propose()
+            if status == RUNNING:
+                status = run.judge(*evaluate(run.trial.copy()))
+                watch.tell(int(run.s.iteration), self.max_iter)
+        return run.theta, reason(status)
 
 
-def _scale(A: Matrix, before: Vector) -> Vector:
-    """The largest column norms of J so far (p,): what goes blind stays damped; 1 for what does nothing."""
-    D = np.maximum(np.sqrt(A.diagonal()), before)
-    D[D == 0] = 1.0
-    return D
+def reason(status: int) -> Reason:
+    """Why a run ended, from C's status."""
+    return (Reason.CONVERGED, Reason.CONVERGED, Reason.BUDGET, Reason.STALLED, Reason.NOT_FINITE)[status]
 
 
-def _step(
-    A: Matrix, g: Vector, D: Vector, mu: float, free: NDArray[np.bool_], low: Vector, high: Vector
-) -> Vector:
-    """Minimise g·s + ½ s·(A + μ D²)·s within [low, high], which holds 0: the primal active-set method.
-
-    free: where to begin. Each round goes to the first bound in the way and holds it, or arrives and lets go
-    of the bound that pushes inward most; the model falls in every round, so a step is never uphill.
-    """
-    step, held = np.zeros_like(g), ~free
-    for _ in range(4 * g.size):
-        index = np.flatnonzero(~held)
-        d = D[index]
-        M = A[index[:, None], index] / (d[:, None] * d)
-        M.flat[:: index.size + 1] += mu
-        way = _solve(M, -(g + A[:, held] @ step[held])[index] / d) / d - step[index]
-        wall = np.where(way < 0, low[index], high[index])
-        part = np.where(way != 0, (wall - step[index]) / np.where(way != 0, way, 1), np.inf)
-        if part.min(initial=1) < 1:
-            first = int(np.argmin(part))
-            step[index] += part[first] * way
-            step[index[first]], held[index[first]] = wall[first], True
-            continue
-        step[index] += way
-        if not held.any():
-            break
-        slope = (g + A @ step) / D + mu * D * step
-        inward = np.where(held, np.where(step <= low, -slope, slope), 0)
-        if inward.max() <= 1e-12 * np.abs(g / D).max():
-            break
-        held[np.argmax(inward)] = False
-    return step
-
-
-def _solve(M: Matrix, b: Vector) -> Vector:
-    """M x = b for a scaled M; the least x where rounding has made M singular."""
-    try:
-        return np.asarray(np.linalg.solve(M, b), dtype=float)
-    except np.linalg.LinAlgError:
-        return np.asarray(np.linalg.lstsq(M, b, rcond=1e-15)[0], dtype=float)
+def ended(watch: Watch, ends: Ends, k: int, history: tuple[float, ...]) -> Outcome:
+    """The outcome of descent k in C."""
+    counts = int(ends.evaluations[k]), int(ends.iterations[k])
+    outcome = Outcome(ends.theta[k], float(ends.value[k]), *counts, reason(int(ends.status[k])), history)
+    watch.absorb(outcome)
+    return outcome

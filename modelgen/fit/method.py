@@ -74,14 +74,14 @@ class Watch:
             merits = np.array([self.merit(t, f) for t, f in zip(thetas, merits, strict=True)])
         self.evaluations += len(merits)
         best = int(np.argmin(merits))
-        self._keep(thetas[best], float(merits[best]))
+        self.keep(thetas[best], float(merits[best]))
         return merits
 
     def normal_equations(self, theta: Vector) -> Normal:
         """r·r, Jᵀr, JᵀJ at θ."""
         normal = self.problem.normal_equations(theta)
         self.evaluations += 1
-        self._keep(theta, self.merit(theta, normal[0]))
+        self.keep(theta, self.merit(theta, normal[0]))
         return normal
 
     def absorb(self, outcome: Outcome) -> None:
@@ -89,7 +89,7 @@ class Watch:
         self.evaluations += outcome.evaluations
         self.iterations += outcome.iterations
         self.history += [min(self.value, value) for value in outcome.history]
-        self._keep(outcome.theta, self.merit(outcome.theta, outcome.value))
+        self.keep(outcome.theta, self.merit(outcome.theta, outcome.value))
 
     def tell(self, done: int, of: int) -> None:
         """End of iteration `done`: note the best value, and report it."""
@@ -114,7 +114,8 @@ class Watch:
         violation = self.problem.violation(theta)
         return value if violation <= FEASIBLE else OUTSIDE * (1 + min(violation, 1e100))
 
-    def _keep(self, theta: Vector, value: float) -> None:
+    def keep(self, theta: Vector, value: float) -> None:
+        """Note a point, if it is the best so far."""
         if value < self.value:
             self.theta, self.value = theta.copy(), value
 
@@ -195,7 +196,10 @@ def _links(method: Method) -> tuple[Method, ...]:
 
 def _started(problem: Problem, start: ArrayLike) -> Vector:
     theta = np.array(start, dtype=float)
-    return replace(problem, start=theta).start
+    fits = theta.shape == problem.start.shape
+    if fits and np.all((problem.lower <= theta) & (theta <= problem.upper) & np.isfinite(theta)):
+        return theta
+    return replace(problem, start=theta).start  # says what is wrong with it
 
 
 def at_least(low: float, **settings: float) -> None:

@@ -6,12 +6,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from modelgen.fit.gauss_newton import GaussNewton
+from modelgen.fit.gauss_newton import GaussNewton, ended
 from modelgen.fit.method import OUTSIDE, Method, Outcome, Reason, Seed, Watch, at_least, part
+from modelgen.fit.pool import slices
 from modelgen.fit.problem import Matrix, Problem, Vector
 from modelgen.fit.pso import uniform
 
 SAME = 1e-6  # relative difference of r·r within which two starts have reached the same optimum
+AT_ONCE = 256  # starts between two reports of progress
 SMALL = 1e-12  # r·r, relative to the first start's, that counts as 0
 
 
@@ -39,12 +41,7 @@ class MultiStart(Method):
         rng = np.random.default_rng(self.seed if seed is None else seed)
         low, high = problem.box()
         begins = np.vstack([start, uniform(low, high, latin_hypercube(self.starts - 1, low.size, rng))])
-        ends: list[Outcome] = []
-        for done, begin in enumerate(begins):
-            ends.append(self.inner.run(problem, begin, part(watch.progress, done, self.starts), rng))
-            watch.absorb(ends[-1])
-            if ends[-1].reason is Reason.INTERRUPTED:
-                break
+        ends = self._ends(problem, begins, watch, rng)
         best = min(ends, key=lambda end: watch.merit(end.theta, end.value))
         interrupted = ends[-1].reason is Reason.INTERRUPTED
         found = watch.outcome(Reason.INTERRUPTED if interrupted else best.reason)
@@ -53,6 +50,26 @@ class MultiStart(Method):
         return replace(
             found, population=np.array([end.theta for end in ends]), reached=reached, starts=len(ends)
         )
+
+    def _ends(
+        self, problem: Problem, begins: Matrix, watch: Watch, rng: np.random.Generator
+    ) -> list[Outcome]:
+        """The outcome from each start: in C all at once, where that can be, else one after the other."""
+        ends: list[Outcome] = []
+        if isinstance(self.inner, GaussNewton) and problem.compiled is not None and not problem.constraints:
+            for some in slices(len(begins), -(-len(begins) // AT_ONCE)):
+                found = self.inner.descents(problem, begins[some])
+                values = ((value,) for value in found.value.tolist())
+                ends += [ended(watch, found, k, value) for k, value in enumerate(values)]
+                if watch.progress is not None:
+                    watch.progress(len(ends) / len(begins), watch.value)
+            return ends
+        for done, begin in enumerate(begins):
+            ends.append(self.inner.run(problem, begin, part(watch.progress, done, self.starts), rng))
+            watch.absorb(ends[-1])
+            if ends[-1].reason is Reason.INTERRUPTED:
+                break
+        return ends
 
 
 def latin_hypercube(m: int, p: int, rng: np.random.Generator) -> Matrix:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from modelgen.errors import InputError
 
 if TYPE_CHECKING:
+    from modelgen.fit.compiled import Compiled
     from modelgen.fit.segments import Segments
 
 Vector = NDArray[np.float64]
@@ -62,6 +63,7 @@ class Problem:
     hessian: Callable[[Vector], Matrix] | None = None
     segments: Callable[[int], Segments] | None = None
     constraints: tuple[Inequality, ...] = ()
+    compiled: Compiled | None = None
     _: KW_ONLY
     n_data: int
 
@@ -209,6 +211,7 @@ class Problem:
             hessian=hessian and (lambda rest: hessian(whole(rest))[np.ix_(keep, keep)]),
             segments=None,
             constraints=tuple(map(hold, self.constraints)),
+            compiled=self.compiled and self.compiled.fixed(index, value),
         )
 
     def _differences(self, theta: Vector) -> tuple[Vector, Matrix]:

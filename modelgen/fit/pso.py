@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from modelgen.errors import InputError
 from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, at_least
+from modelgen.fit.pool import slices
 from modelgen.fit.problem import Matrix, Problem, Vector, wide
+
+if TYPE_CHECKING:
+    from modelgen.codegen.fitters import Flock
+    from modelgen.fit.compiled import Compiled
+
+WALLS = ("reflect", "clip", "infinite")
+WORTH = 200_000  # samples times particles; with more, an iteration's work is shared out
+STOPS = 20  # reports of progress during a compiled run
 
 
 @dataclass(frozen=True)
@@ -45,7 +54,7 @@ class PSO(Method):
     def __post_init__(self) -> None:
         at_least(1, particles=self.particles, iterations=self.iterations)
         at_least(0, w=self.w, c1=self.c1, c2=self.c2, v_max=self.v_max, tol=self.tol)
-        if self.bounds_handling not in ("reflect", "clip", "infinite"):
+        if self.bounds_handling not in WALLS:
             raise InputError(
                 f"bounds_handling '{self.bounds_handling}': 'reflect', 'clip' or 'infinite' is wanted"
             )
@@ -69,52 +78,60 @@ class PSO(Method):
         return f"particle swarm ({self.particles} particles, {self.iterations} iterations)"
 
     def _search(self, problem: Problem, start: Vector, watch: Watch, seed: Seed) -> Outcome:
-        rng = np.random.default_rng(self.seed if seed is None else seed)
+        from modelgen.codegen.fitters import Flock
+
         low, high = problem.box()
-        x = rng.random((self.particles, low.size))
-        if self.include_start:
-            x[0] = place(low, high, start)
-        v = rng.uniform(-self.v_max, self.v_max, x.shape)
-        own, value = x, watch.values(uniform(low, high, x))
-        for iteration in range(1, self.iterations + 1):
-            leader = self._leader(own, value)
-            r1, r2 = rng.random((2, *x.shape))
-            v = self.w * v + self.c1 * r1 * (own - x) + self.c2 * r2 * (leader - x)
-            x, v = self._contain(x, np.clip(v, -self.v_max, self.v_max))
-            trial = self._evaluate(watch, x, low, high)
-            better = trial < value
-            own, value = np.where(better[:, None], x, own), np.where(better, trial, value)
-            watch.population = uniform(low, high, own)
-            watch.tell(iteration, self.iterations)
-            if max(np.ptp(own, axis=0).max(), np.abs(v).max()) < self.tol:
-                return watch.outcome(Reason.COLLAPSED)
+        flock = Flock(
+            self.particles, low, high, wide(low, high), (self.w, self.c1, self.c2, self.v_max),
+            WALLS.index(self.bounds_handling), self.topology == "ring",
+        )  # fmt: skip
+        root = np.random.default_rng(self.seed if seed is None else seed).integers(2**64, dtype=np.uint64)
+        flock.begin(int(root), place(low, high, start) if self.include_start else None)
+        flock.judge(watch.values(flock.theta))
+        compiled = None if problem.constraints else problem.compiled
+        if compiled is not None and self.particles * compiled.samples <= WORTH:
+            self._fly(flock, compiled, watch)
+        else:
+            self._fly_apart(flock, watch)
+        if flock.extent < self.tol:
+            return watch.outcome(Reason.COLLAPSED)
         return watch.outcome(Reason.BUDGET if np.isfinite(watch.value) else Reason.NOT_FINITE)
 
-    def _leader(self, own: Matrix, value: Vector) -> Matrix:
-        """The best point known to each particle: (1, p) for all, or (m, p)."""
-        if self.topology == "global":
-            return own[None, np.argmin(value)]
-        ring = np.arange(len(value)) + np.array([[-1], [0], [1]])
-        best = np.argmin(value[ring % len(value)], axis=0)
-        return own[(np.arange(len(value)) + best - 1) % len(value)]
+    def _fly(self, flock: Flock, compiled: Compiled, watch: Watch) -> None:
+        """All iterations in C, but for some stops to report progress and hear of Ctrl-C."""
+        tables, keep = compiled.tables()
+        for some in slices(self.iterations, STOPS):
+            count = some.stop - some.start
+            history = flock.run(tables, count, self.tol)
+            watch.evaluations += len(history) * self.particles
+            watch.history += [min(watch.value, value) for value in history]
+            best = int(np.argmin(flock.value))
+            watch.keep(uniform(flock.low, flock.high, flock.own[best]), float(flock.value[best]))
+            watch.population = uniform(flock.low, flock.high, flock.own)
+            watch.iterations += len(history)
+            if watch.progress is not None:
+                watch.progress(some.stop / self.iterations, watch.value)
+            if len(history) < count or flock.extent < self.tol:
+                break
+        del keep
 
-    def _contain(self, x: Matrix, v: Matrix) -> tuple[Matrix, Matrix]:
-        """Move by v and deal with the walls at 0 and 1."""
-        new = x + v
-        out = (new < 0) | (new > 1)
-        if self.bounds_handling == "infinite":
-            return new, v
-        if self.bounds_handling == "clip":
-            return np.clip(new, 0, 1), np.where(out, 0, v)
-        return np.clip(np.where(new < 0, -new, np.where(new > 1, 2 - new, new)), 0, 1), np.where(out, -v, v)
+    def _fly_apart(self, flock: Flock, watch: Watch) -> None:
+        """Move in C, evaluate wherever the problem does."""
+        for iteration in range(1, self.iterations + 1):
+            flock.move()
+            flock.judge(self._evaluate(watch, flock))
+            watch.population = uniform(flock.low, flock.high, flock.own)
+            watch.tell(iteration, self.iterations)
+            if flock.extent < self.tol:
+                break
 
     @staticmethod
-    def _evaluate(watch: Watch, x: Matrix, low: Vector, high: Vector) -> Vector:
+    def _evaluate(watch: Watch, flock: Flock) -> Vector:
         """r·r of each particle (m,); +inf outside the box, where the model is not asked."""
-        inside = ((x >= 0) & (x <= 1)).all(axis=1)
-        values = np.full(len(x), np.inf)
+        inside = ((flock.x >= 0) & (flock.x <= 1)).all(axis=1)
+        values = np.full(len(flock.x), np.inf)
         if inside.any():
-            values[inside] = watch.values(uniform(low, high, x[inside]))
+            values[inside] = watch.values(flock.theta[inside])
         return values
 
 

@@ -1,0 +1,35 @@
+"""A plain pool of threads: generated C releases Python's lock, so threads are all it takes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from itertools import pairwise
+from typing import TypeVar
+
+Part = TypeVar("Part")
+Result = TypeVar("Result")
+
+
+def cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads, thread_name_prefix="modelgen")
+
+
+def share(task: Callable[[Part], Result], parts: Sequence[Part], threads: int | None = None) -> list[Result]:
+    """`task` of each part, in order, on `threads` cores (all by default), whose number changes no result."""
+    threads = min(threads or cores(), len(parts))
+    return [task(p) for p in parts] if threads < 2 else list(_pool(threads).map(task, parts))
+
+
+def slices(count: int, parts: int) -> list[slice]:
+    """`count` items in at most `parts` pieces of about the same length."""
+    edges = [count * k // max(1, parts) for k in range(parts + 1)]
+    return [slice(a, b) for a, b in pairwise(edges) if b > a]
