@@ -65,7 +65,7 @@ def test_page_and_json_hold_everything() -> None:
     assert whole["papers"][0]["count"]["wrong in print"] == 1
     assert whole["papers"][0]["tables"][0]["numbers"][0]["ours"] == 2.0
     text = page(found)
-    assert "caption &lt;b&gt;" in text and "One sentence." in text and "<svg" in text and "Because." in text
+    assert "Caption &lt;b&gt;" in text and "One sentence." in text and "<svg" in text and "Because." in text
     assert "http" not in text.replace("http-equiv", "").replace("http://www.w3.org", "")
 
 

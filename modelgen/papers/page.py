@@ -13,6 +13,7 @@ from modelgen.papers.paper import Figure
 from modelgen.papers.run import Judged, Reproduction, Show
 from modelgen.papers.show import cell, difference, ours, printed
 
+REPEATED = 30  # a reason longer than this is printed once a table
 CLASS = {
     Verdict.REPRODUCED: "same",
     Verdict.NOT_REPRODUCIBLE: "open",
@@ -55,21 +56,31 @@ def page(found: Reproduction, show: Show | None = None) -> str:
 def _paper(judged: Judged, figures: list[tuple[Figure, Markup]]) -> dict[str, Any]:
     tables = []
     for table, results in judged.tables:
+        said: set[str] = set()
         rows = [
             {
                 "n": r.number,
+                "how": _once(r.number.how, said),
                 "printed": printed(r),
                 "ours": ours(r),
                 "difference": difference(r),
                 "class": CLASS[r.verdict],
                 "verdict": r.verdict.value,
-                "why": r.why,
+                "why": _once(r.why, said),
             }
             for r in results
         ]
         tables.append({"name": table.name, "caption": table.caption, "rows": rows})
     count = [(v.value, CLASS[v], n) for v, n in judged.count.items()]
     return {"judged": judged, "count": count, "tables": tables, "figures": figures}
+
+
+def _once(text: str, said: set[str]) -> str:
+    """The text where it stands first in a table, and a mark where it would be repeated at length."""
+    if text in said and len(text) > REPEATED:
+        return "as above"
+    said.add(text)
+    return text
 
 
 def _drawn(figure: Figure, key: str) -> Markup:

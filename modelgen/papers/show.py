@@ -36,7 +36,7 @@ def ours(result: Result) -> str:
     mantissa, _, exponent = result.number.printed.lower().partition("e")
     decimals = len(mantissa.partition(".")[2]) + 1
     scaled = result.ours / 10.0 ** int(exponent or 0)
-    if 10 ** (1 - decimals) > abs(scaled) > 0 or abs(scaled) >= 1e6:
+    if 10 ** (1 - decimals) > abs(scaled) > 0 or abs(scaled) >= 1e8:
         return number(result.ours, 4)
     text = f"{scaled:.{decimals}f}".replace("-", "−")
     return f"{text}·10{superscript(int(exponent))}" if exponent else text

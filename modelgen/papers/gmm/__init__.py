@@ -1,10 +1,17 @@
 """Characterization of giant magnetostrictive materials by three complex parameters and particle swarms."""
 
-from modelgen.papers.gmm.roughness import SURFACES
-from modelgen.papers.paper import Paper
+from typing import TYPE_CHECKING, Any
 
-PAPER = Paper(
-    "gmm",
-    "Giant magnetostrictive transducer: three complex parameters by particle swarms",
-    tables=(SURFACES,),
-)
+if TYPE_CHECKING:
+    from modelgen.papers.gmm.paper import PAPER
+
+__all__ = ["PAPER"]
+
+
+def __getattr__(name: str) -> Any:
+    """Loads the tables, and the compiler with them, when the paper is asked for: its Methods need neither."""
+    if name == "PAPER":
+        from modelgen.papers.gmm import paper
+
+        return paper.PAPER
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
