@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import ModuleType
 from typing import Any
 
@@ -60,6 +61,7 @@ def draw(
     effect: str | tuple[str, ...] | None = None,
     d2: tuple[float, float] = (30.0, 1e4),
     noise: str = "white",
+    ratio: float | None = None,
 ) -> Secret:
     """Draw a secret; what isn't given is drawn as well.
 
@@ -67,6 +69,8 @@ def draw(
     effect  an id, a pair of ids, or with kind "variant" the law's name
     d2      range of the whitened squared misfit ||(y_true - y_base)/σ||² that the best base model leaves
             over the fit recordings; drawn log-uniform and met to 1 % (for each of a pair on its own)
+    ratio   instead of d2: the rms of the best base model's residual over the noise's; where no plausible
+            strength gives so much, the largest is taken if it leaves at least the lower of `d2`
 
     Raises NotDetectable where the base parameters absorb the asked-for effect; ValueError for unknown names.
     """
@@ -79,7 +83,7 @@ def draw(
     last = NotDetectable("no draw")
     for _ in range(8 if effect is not None else 60):
         try:
-            return _attempt(rng, kind, str(rng.choice(places)), effect, d2, noise, seed)
+            return _attempt(rng, kind, str(rng.choice(places)), effect, d2, noise, seed, ratio)
         except NotDetectable as error:
             last = error
     raise last
@@ -109,13 +113,14 @@ def _attempt(
     d2: tuple[float, float],
     noise: str,
     seed: int,
+    ratio: float | None,
 ) -> Secret:
     effects, law = _choose(rng, kind, domain, effect)
     base = DRAWS[domain].draw_base(rng)
     setup = DRAWS[domain].draw_setup(rng, base, effects)
     levels = draw_levels(rng, domain, noise)
     plain = Secret(domain, effects, {}, base, noise, seed, law, kind, setup, levels)
-    return conceal(rng, plain, d2)
+    return conceal(rng, plain, d2, ratio)
 
 
 def _choose(
@@ -140,8 +145,9 @@ def _choose(
     return (first, str(rng.choice(others))), ""
 
 
-def conceal(rng: Rng, plain: Secret, d2: tuple[float, float]) -> Secret:
-    """Give each effect its form, and the strength at which the base model hides it to a depth in `d2`."""
+def conceal(rng: Rng, plain: Secret, d2: tuple[float, float], ratio: float | None = None) -> Secret:
+    """Give each effect its form, and the strength at which the base model hides it to a depth in `d2`, or to
+    a `ratio`: see `draw`."""
     scene = scene_of(plain)
     former = DRAWS[plain.domain].draw_form
     strength: dict[str, dict[str, Any]] = {}
@@ -152,25 +158,22 @@ def conceal(rng: Rng, plain: Secret, d2: tuple[float, float]) -> Secret:
         if plain.variant == "log_creep":
             limit = 0.15  # beyond, the law's compliance turns negative within the band
         form = former(rng, effect, plain.variant, plain.base, plain.setup) | {"size": min(first, limit)}
-        target = float(np.exp(rng.uniform(*np.log(d2))))
-        form["size"], fit = size_for(scene, effect, form, target, limit)
+        target, least = float(np.exp(rng.uniform(*np.log(d2)))), np.inf
+        if ratio is not None:
+            target, least = max(fit.data * (ratio**2 - 1), d2[0]), d2[0]
+        form["size"], fit = size_for(scene, effect, form, target, limit, least)
         strength[effect], depth[effect] = form, fit.d2
     if len(plain.effects) > 1:
         depth, fit = _together(scene, strength)
-    return Secret(
-        plain.domain,
-        plain.effects,
-        strength,
-        plain.base,
-        plain.noise,
-        plain.seed,
-        plain.variant,
-        plain.kind,
-        plain.setup,
-        plain.levels,
-        depth | {"all": fit.d2},
-        fit.bent,
-        fit.identifiable,
+    return replace(
+        plain,
+        strength=strength,
+        d2=depth | {"all": fit.d2},
+        bent=fit.bent,
+        bent_std={n: v / max(fit.std[n], 1e-12) for n, v in fit.bent.items()},
+        ratio=fit.ratio,
+        r2=fit.r2,
+        identifiable=fit.identifiable,
     )
 
 

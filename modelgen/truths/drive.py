@@ -45,7 +45,29 @@ def _steps(t: Array, spec: Mapping[str, Any]) -> tuple[Array, Array, Array]:
 
 
 def displacement(t: Array, spec: Mapping[str, Any]) -> tuple[Array, Array, Array]:
-    """z [mm], ż [mm/s], z̈ [mm/s²] at times t >= 0 [s] since the start of the motion."""
+    """z [mm], ż [mm/s], z̈ [mm/s²] at times t >= 0 [s] since the start of the motion.
+
+    A motion may go about a "mean" [mm], and back and forth again after "fold" [s].
+    """
+    back = np.ones_like(t)
+    if once := spec.get("fold"):
+        back = np.where((t > once) & (t < 2 * once), -1.0, 1.0)
+        t = np.where(t <= once, t, np.where(back < 0, 2 * once - t, t - 2 * once))
+    z, v, a = _hold(t, spec) if spec["type"] == "hold" else _driven(t, spec)
+    return z + spec.get("mean", 0.0), v * back, a
+
+
+def _hold(t: Array, spec: Mapping[str, Any]) -> tuple[Array, Array, Array]:
+    """From one end to the other along half a cosine, and held there."""
+    w = np.pi / spec["rise"]
+    angle = np.clip(w * (t - spec["start"]), 0, np.pi)
+    moving = (angle > 0) & (angle < np.pi)
+    amp = spec["amplitude"]
+    return -amp * np.cos(angle), amp * w * np.sin(angle) * moving, amp * w**2 * np.cos(angle) * moving
+
+
+def _driven(t: Array, spec: Mapping[str, Any]) -> tuple[Array, Array, Array]:
+    """About zero, starting from rest."""
     if spec["type"] == "random":
         lines = 2 * np.pi * np.asarray(spec["lines"])
         angle = t[:, None] * lines + np.asarray(spec["phases"])

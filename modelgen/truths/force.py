@@ -16,6 +16,7 @@ from scipy.interpolate import CubicSpline
 
 from . import friction, memory
 from .drive import Array, Motion
+from .further import entries
 from .solve import Refit, Responses, Strength
 
 W1 = 2 * np.pi  # reference angular frequency of the memory effects, 1 Hz
@@ -42,11 +43,12 @@ class ForceScene:
     ) -> None:
         from .force_refit import Columns
 
-        self.base, self.records = base, setup["records"]
+        self.base, self.records = base, entries(setup)
         self.motions = [Motion(r["motion"], r["rate"], r["seconds"], r["pre"]) for r in self.records]
-        self.reach = max(float(np.abs(m.zva[0]).max()) for m in self.motions)
-        self.speed = max(float(np.abs(m.zva[1]).max()) for m in self.motions)
-        fit = [m for m, r in zip(self.motions, self.records, strict=True) if r["role"] == "fit"]
+        drawn = self.motions[: len(setup["records"])]  # what effects are relative to
+        self.reach = max(float(np.abs(m.zva[0]).max()) for m in drawn)
+        self.speed = max(float(np.abs(m.zva[1]).max()) for m in drawn)
+        fit = [m for m, r in zip(drawn, setup["records"], strict=True) if r["role"] == "fit"]
         self.columns = Columns(base, fit, levels, own_offset="F_0" in setup["per_recording"])
 
     def simulate(self, strength: Strength) -> Responses:

@@ -93,7 +93,14 @@ class Columns:
         )
         log_rho = min((at, float(best.x)), key=lambda x: solve(x)[0])
         d2, q, X = solve(log_rho)
-        return Refit(d2, self._bent(q, log_rho), self._identifiable(q, X, log_rho))
+        lost = self._force(target - X @ q)
+        r2 = 1 - float(np.mean([np.var(e) / np.var(f) for e, f in zip(lost, y, strict=False)]))
+        return Refit(d2, len(target), r2, self._bent(q, log_rho), self._std(q, X, log_rho))
+
+    def _force(self, white: Array) -> list[Array]:
+        """The records' forces [N] of whitened ones."""
+        ends = np.cumsum([len(k) for _, k in self.paths])[:-1]
+        return [self.sigma * lfilter([1.0], [1.0, -self.rho_ar], x) for x in np.split(white, ends)]
 
     def _places(self) -> dict[str, int]:
         """Where the parameters are among the columns."""
@@ -104,13 +111,13 @@ class Columns:
         bent = {n: float(np.log(max(q[i] / self.base[n], 1e-3))) for n, i in self._places().items()}
         return bent | {"rho": float(log_rho - np.log(self.base["rho"]))}
 
-    def _identifiable(self, q: Array, X: Array, log_rho: float) -> tuple[str, ...]:
-        """Parameters whose standard deviation, all others free, is below a fifth of their value."""
+    def _std(self, q: Array, X: Array, log_rho: float) -> dict[str, float]:
+        """Standard deviations of the logarithms, all other parameters free."""
         up, down = (self._friction(float(np.exp(log_rho + s))) for s in (1e-4, -1e-4))
         slope = sum(qi * (a - b) / 2e-4 for qi, a, b in zip(q, up, down, strict=False))
         J = np.column_stack([X, slope])
         norm = np.linalg.norm(J, axis=0)
         norm = np.where(norm, norm, 1)
         std = np.sqrt(np.clip(np.diag(np.linalg.pinv((J / norm).T @ (J / norm))), 0, None)) / norm
-        good = [n for n, i in self._places().items() if 0 < std[i] < 0.2 * abs(q[i])]
-        return tuple(good + (["rho"] if 0 < std[-1] < 0.2 else []))
+        found = {n: float(std[i] / max(abs(q[i]), 1e-12)) for n, i in self._places().items()}
+        return found | {"rho": float(std[-1])}

@@ -17,6 +17,7 @@ from scipy.special import jv
 from . import elements as el
 from .elements import Array, Complex
 from .impedance import Scale, cable_trap, capacitor, frequencies, mains_hum, suspension, viscoelastic
+from .further import entries
 from .noise import sweep_whitener
 from .solve import Refit, Responses, Strength, refit_sweep
 
@@ -28,11 +29,13 @@ class GmmScene:
     """Sweeps of one magnetostrictive transducer: see `Scene`."""
 
     def __init__(self, base: Base, setup: Mapping[str, Any], levels: Mapping[str, float]) -> None:
-        self.base, self.sweeps, self.free = base, setup["sweeps"], list(setup["free"])
+        self.base, self.sweeps, self.free = base, entries(setup), list(setup["free"])
+        drawn = setup["sweeps"]
         self.f = [frequencies(s) for s in self.sweeps]
-        self.fit = [i for i, s in enumerate(self.sweeps) if s["role"] == "fit"]
+        self.fit = [i for i, s in enumerate(drawn) if s["role"] == "fit"]
         w0 = np.sqrt((base["A"] / (base["l"] * base["S33_re"]) + base["K_spr"]) / base["M_t"])
-        self.scale = Scale(base["M_t"], float(w0), 2 * np.pi * max(f.max() for f in self.f))
+        top = 2 * np.pi * max(f.max() for f in self.f[: len(drawn)])
+        self.scale = Scale(base["M_t"], float(w0), top)
         self.whiten = sweep_whitener([self.f[i] for i in self.fit], levels)
         self.flux = [flux(f / base["f_c"]) for f in self.f]
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from . import elements as el
 from .elements import Array, Complex
+from .further import entries
 from .noise import sweep_whitener
 from .solve import Refit, Responses, Strength, refit_sweep
 
@@ -34,11 +35,12 @@ class ImpedanceScene:
     """Sweeps of one moving-coil device: see `Scene`."""
 
     def __init__(self, base: Base, setup: Mapping[str, Any], levels: Mapping[str, float]) -> None:
-        self.base, self.sweeps, self.free = base, setup["sweeps"], list(setup["free"])
+        self.base, self.sweeps, self.free = base, entries(setup), list(setup["free"])
+        drawn = setup["sweeps"]
         self.f = [frequencies(s) for s in self.sweeps]
-        self.fit = [i for i, s in enumerate(self.sweeps) if s["role"] == "fit"]
+        self.fit = [i for i, s in enumerate(drawn) if s["role"] == "fit"]
         w0 = float(np.sqrt(base["K_m"] / base["M_m"]))
-        self.scale = Scale(base["M_m"], w0, 2 * np.pi * max(f.max() for f in self.f))
+        self.scale = Scale(base["M_m"], w0, 2 * np.pi * max(f.max() for f in self.f[: len(drawn)]))
         self.whiten = sweep_whitener([self.f[i] for i in self.fit], levels)
 
     def simulate(self, strength: Strength) -> Responses:

@@ -91,11 +91,17 @@ def sweep_whitener(frequencies: Sequence[Array], levels: Levels) -> Whitener:
     return whiten
 
 
-def _calibration(
-    rng: np.random.Generator, frequencies: Sequence[Array], levels: Levels
+def calibration(
+    rng: np.random.Generator, frequencies: Sequence[Array], drawn: int, levels: Levels
 ) -> list[npt.NDArray[Any]]:
-    """A smooth complex error for each sweep, interpolated from one dense draw where all share it."""
-    lo, hi = np.log(min(f.min() for f in frequencies)), np.log(max(f.max() for f in frequencies))
+    """A smooth complex error for each sweep, interpolated from one dense draw where all share it.
+
+    Beyond the band of the first `drawn` sweeps it stays as it is at the band's ends.
+    """
+    if not levels.get("calibration"):
+        return [np.zeros(len(f)) for f in frequencies]
+    first = frequencies[:drawn]
+    lo, hi = np.log(min(f.min() for f in first)), np.log(max(f.max() for f in first))
     grid = np.linspace(lo, hi, 400)
     root = np.linalg.cholesky(_kernel(grid, levels) + (1e-5 * levels["calibration"]) ** 2 * np.eye(len(grid)))
     out: list[npt.NDArray[Any]] = []
@@ -113,10 +119,9 @@ def _gross(rng: np.random.Generator, n: int, share: float) -> Array:
 
 
 def disturb_impedance(
-    rng: np.random.Generator, f: Sequence[Array], y: Responses, levels: Levels
+    rng: np.random.Generator, smooth: Sequence[npt.NDArray[Any]], y: Responses, levels: Levels
 ) -> Responses:
-    """Recorded impedances [ohm]."""
-    smooth = _calibration(rng, f, levels) if levels.get("calibration") else [np.zeros(len(x)) for x in f]
+    """Recorded impedances [ohm], with a `smooth` relative error and noise."""
     out = []
     for z, eps in zip(y, smooth, strict=True):
         n, sigma = len(z), levels["Z_relative"]

@@ -63,6 +63,9 @@ class Secret:
     d2        effect -> whitened squared misfit that the best base model leaves (for pairs: given the other
               effect); "all" -> of everything that is concealed
     bent      parameter -> ln of its value in the best base model over its true one
+    bent_std  the same in standard deviations that the noise alone would give
+    ratio     rms of the best base model's residual over that of the noise
+    r2        share of the variance of the noise-free recordings that the best base model explains
     """
 
     domain: str
@@ -77,6 +80,9 @@ class Secret:
     levels: Mapping[str, float] = field(default_factory=dict)
     d2: Mapping[str, float] = field(default_factory=dict)
     bent: Mapping[str, float] = field(default_factory=dict)
+    bent_std: Mapping[str, float] = field(default_factory=dict)
+    ratio: float = 1.0
+    r2: float = 1.0
     identifiable: tuple[str, ...] = ()
 
     def to_json(self) -> str:

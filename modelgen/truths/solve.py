@@ -24,13 +24,27 @@ class Refit:
     """The base model nearest to a response.
 
     d2            whitened squared misfit that is left
+    data          how many whitened data it is a sum over
+    r2            share of the responses' variance that it explains, noise aside
     bent          free parameter -> ln(value / true value)
-    identifiable  free parameters whose standard deviation is below a fifth of their value
+    std           free parameter -> standard deviation of ln value, of the noise
     """
 
     d2: float
+    data: int
+    r2: float
     bent: dict[str, float]
-    identifiable: tuple[str, ...]
+    std: dict[str, float]
+
+    @property
+    def identifiable(self) -> tuple[str, ...]:
+        """Parameters whose standard deviation is below a fifth of their value."""
+        return tuple(n for n, s in self.std.items() if 0 < s < 0.2)
+
+    @property
+    def ratio(self) -> float:
+        """Rms of the residual over the noise's, as it is expected of a recording with noise."""
+        return float(np.sqrt(1 + self.d2 / self.data))
 
 
 class Scene(Protocol):
@@ -69,8 +83,20 @@ def refit_sweep(
     )
     info = np.linalg.pinv(fit.jac.T @ fit.jac)
     std = np.sqrt(np.clip(np.diag(info), 0, None))[: len(free)]
-    known = tuple(n for n, s in zip(free, std, strict=True) if 0 < s < 0.2)
-    return Refit(float(2 * fit.cost), {n: float(v) for n, v in zip(free, fit.x, strict=False)}, known)
+    bent = {n: float(v) for n, v in zip(free, fit.x, strict=False)}
+    nearest = base({**true, **{n: true[n] * np.exp(v) for n, v in bent.items()}})
+    stds = dict(zip(free, map(float, std), strict=True))
+    return Refit(float(2 * fit.cost), len(fit.fun), explained(y, nearest), bent, stds)
+
+
+def explained(y: Responses, base: Responses) -> float:
+    """R² of `base` on the recordings that it has: the mean over recordings and their channels."""
+    lost = [
+        np.sum(np.abs(a - b) ** 2) / np.sum(np.abs(a - a.mean()) ** 2)
+        for whole, fitted in zip(y, base, strict=False)
+        for a, b in zip(np.atleast_2d(whole), np.atleast_2d(fitted), strict=True)
+    ]
+    return 1 - float(np.mean(lost))
 
 
 def tangent(scene: Scene, strength: Strength, effect: str) -> Responses:
@@ -84,12 +110,13 @@ def tangent(scene: Scene, strength: Strength, effect: str) -> Responses:
 
 
 def size_for(
-    scene: Scene, effect: str, form: Mapping[str, Any], target: float, limit: float
+    scene: Scene, effect: str, form: Mapping[str, Any], target: float, limit: float, least: float = np.inf
 ) -> tuple[float, Refit]:
     """The size of one effect at which the best base model leaves d² = target, to 1 %, and that base model.
 
     A secant in log-log, as d² grows nearly with the square of the size, kept inside a bracket.
-    Raises NotDetectable where d² stays below the target up to `limit`.
+    Where d² stays below the target up to `limit`, that is the size if d² is at least `least` there;
+    raises NotDetectable if it isn't.
     """
 
     def at(size: float) -> Refit:
@@ -105,6 +132,8 @@ def size_for(
         if abs(miss) < 0.01:
             return size, fit
         if miss > 0 and size >= limit:
+            if fit.d2 >= least:
+                return size, fit
             raise NotDetectable(
                 f"{effect}: the base model hides it to d² = {fit.d2:.3g} at its largest strength"
             )

@@ -18,6 +18,7 @@ from . import elements as el
 from . import friction
 from .elements import Array, Complex
 from .force_draw import draw_form as force_form
+from .further import entries
 from .impedance import stretched
 from .noise import Levels
 from .solve import Refit, Responses, Strength, refit_sweep
@@ -51,9 +52,10 @@ class StiffnessScene:
     """Sweeps at one amplitude each: see `Scene`. A response is (2, n): k_s [N/mm], loss angle [deg]."""
 
     def __init__(self, base: Mapping[str, float], setup: Mapping[str, Any], levels: Levels) -> None:
-        self.base, self.sweeps, self.free = base, setup["sweeps"], list(setup["free"])
+        self.base, self.sweeps, self.free = base, entries(setup), list(setup["free"])
+        self.drawn = setup["sweeps"]
         self.f = [np.geomspace(s["lo"], s["hi"], s["n"]) for s in self.sweeps]
-        self.fit = [i for i, s in enumerate(self.sweeps) if s["role"] == "fit"]
+        self.fit = [i for i, s in enumerate(self.drawn) if s["role"] == "fit"]
         self.sigma = np.array([[levels["k_s"]], [levels["loss_angle"]]]) * np.sqrt(
             1 + levels.get("step", 0.0) ** 2 / 12
         )
@@ -61,7 +63,7 @@ class StiffnessScene:
 
     @cached_property
     def reach(self) -> float:
-        return max(float(s["known"]["A_z"]) for s in self.sweeps)
+        return max(float(s["known"]["A_z"]) for s in self.drawn)
 
     def simulate(self, strength: Strength) -> Responses:
         return [self._sweep(self.base, i, strength) for i in range(len(self.f))]

@@ -11,8 +11,9 @@ import numpy.typing as npt
 
 from .drawing import scene_of
 from .drive import Motion
+from .further import entries
 from .impedance import frequencies
-from .noise import disturb_impedance, disturb_real, stated
+from .noise import calibration, disturb_impedance, disturb_real, stated
 from .secret import Secret
 
 MODELS = {
@@ -54,7 +55,7 @@ def case_text(secret: Secret) -> str:
     ):
         if table:
             lines += ["", f"[{name}]", *(f"{k} = {_value(v)}" for k, v in sorted(table.items()))]
-    for i, record in enumerate(setup.get("sweeps", setup.get("records")), 1):
+    for i, record in enumerate(entries(setup), 1):
         lines += ["", "[[recording]]", f'file = "rec_{i}.csv"', f'role = "{record["role"]}"']
         if record.get("known"):
             lines.append(f"constants = {_inline(record['known'])}")
@@ -74,8 +75,10 @@ def _value(v: Any) -> str:
 
 
 def _impedance(secret: Secret, clean: Sequence[npt.NDArray[Any]], rng: np.random.Generator) -> list[Table]:
-    f = [frequencies(s) for s in secret.setup["sweeps"]]
-    noisy = disturb_impedance(rng, f, list(clean), secret.levels)
+    f = [frequencies(s) for s in entries(secret.setup)]
+    own = np.random.default_rng([secret.seed, 9])  # so that a further sweep changes none of the first
+    smooth = calibration(own, f, len(secret.setup["sweeps"]), secret.levels)
+    noisy = disturb_impedance(rng, smooth, list(clean), secret.levels)
     header = ["f [Hz]", "Re Z [ohm]", "Im Z [ohm]"]
     return [(header, [x, z.real, z.imag]) for x, z in zip(f, noisy, strict=True)]
 
@@ -83,7 +86,7 @@ def _impedance(secret: Secret, clean: Sequence[npt.NDArray[Any]], rng: np.random
 def _force(secret: Secret, clean: Sequence[npt.NDArray[Any]], rng: np.random.Generator) -> list[Table]:
     header, levels, tables = ["t [s]", "z [mm]", "F_m [N]"], secret.levels, []
     only_step = {"step": levels["step"]} if "step" in levels else {}
-    for record, F in zip(secret.setup["records"], clean, strict=True):
+    for record, F in zip(entries(secret.setup), clean, strict=True):
         m = Motion(record["motion"], record["rate"], record["seconds"], record["pre"])
         z = disturb_real(rng, m.recorded(m.zva[0]), levels["z"], only_step)
         t = np.arange(len(F)) / record["rate"]
@@ -93,7 +96,7 @@ def _force(secret: Secret, clean: Sequence[npt.NDArray[Any]], rng: np.random.Gen
 
 def _stiffness(secret: Secret, clean: Sequence[npt.NDArray[Any]], rng: np.random.Generator) -> list[Table]:
     header, tables = ["f [Hz]", "k_s [N/mm]", "loss_angle [deg]"], []
-    for sweep, y in zip(secret.setup["sweeps"], clean, strict=True):
+    for sweep, y in zip(entries(secret.setup), clean, strict=True):
         f = np.geomspace(sweep["lo"], sweep["hi"], sweep["n"])
         channels = [
             disturb_real(rng, row, secret.levels[n], secret.levels)

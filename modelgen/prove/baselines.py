@@ -1,0 +1,64 @@
+"""What simpler methods make of the same recordings and the same fitted base: the scores to beat.
+
+- `chi2`: χ² alone. Something is missing if the base's χ² is too large for its noise (1 %), and it is the effect
+  whose refit leaves the least. The refits are the diagnosis's own, which is more than it has a right to.
+- `sindy`: sparse regression (STLSQ of PySINDy) of the residual on a dictionary of terms; the largest term names
+  the effect. Brunton, Proctor and Kutz 2016; for discrepancies Kaheman et al. 2019.
+- `gp`: a Gaussian process for the discrepancy, Kennedy and O'Hagan 2001. It says that something is missing, and
+  predicts; it names nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import chi2
+
+from modelgen.prove import discrepancy, dictionary
+from modelgen.prove.records import Array, Record, records
+from modelgen.prove.worker import RESIDUALS
+from modelgen.truths import Secret
+from modelgen.truths.scoring import accepted
+from modelgen.truths.secret import family
+
+Marks = dict[str, Any]
+
+
+def rivals(secret: Secret, verdict: Mapping[str, Any], folder: Path) -> dict[str, Marks]:
+    """Each baseline's marks on a case: found, named, family (None where there is nothing to name), holdout_chi2."""
+    cases = records(folder / RESIDUALS)
+    fit, held = [r for r in cases if not r.holdout], [r for r in cases if r.holdout]
+    found = {
+        "chi2": ranking(verdict, fit),
+        "gp": discrepancy.explain(fit, held),
+    }
+    if dictionary.available():
+        found["sindy"] = dictionary.explain(secret.domain, fit, held, verdict.get("parameters_before") or {})
+    return {name: _marked(secret, marks) for name, marks in found.items()}
+
+
+def ranking(verdict: Mapping[str, Any], fit: list[Record]) -> Marks:
+    """χ² alone, among single effects."""
+    white = np.concatenate([r.white[np.isfinite(r.white)] for r in fit])
+    missing = bool(np.sum(white**2) > chi2.ppf(0.99, len(white)))
+    single = [t for t in verdict.get("hypotheses") or [] if len(t["ids"]) == 1 and t["rms_over_noise"]]
+    best = min(single, key=lambda t: t["rms_over_noise"], default=None)
+    return {"found": missing, "name": best["ids"][0] if missing and best else "", "holdout_chi2": None}
+
+
+def _marked(secret: Secret, found: Marks) -> Marks:
+    """The marks of one answer."""
+    names = {n for good in accepted(secret).values() for n in good}
+    marks = {"found": found["found"], "name": found["name"], "holdout_chi2": found["holdout_chi2"]}
+    if not names or found["name"] is None:
+        return marks | {"named": None, "family": None}
+    right = {family(n) for n in names}
+    return marks | {"named": found["name"] in names, "family": family(found["name"]) in right}
+
+
+def chi2_per_datum(white: Array) -> float:
+    """Mean square of whitened residuals."""
+    return float(np.mean(np.square(white[np.isfinite(white)])))
