@@ -83,6 +83,30 @@ def diagnose(
 
 
 @app.command()
+def prove(
+    trials: Annotated[int, typer.Option(help="concealed cases")] = 100,
+    seed: Seed = 1,
+    jobs: Annotated[int, typer.Option(help="cases at a time; by default as many as there are cores")] = 0,
+    html: Annotated[Path | None, typer.Option(help="write one self-contained HTML page")] = None,
+    json: Json = None,
+    markdown: Annotated[Path | None, typer.Option(help="write the scores as Markdown")] = None,
+    secret: Annotated[Path | None, typer.Option(help="a secret of your own instead of drawn ones")] = None,
+    noise: Annotated[str, typer.Option(help="kinds of noise, with commas; all")] = "",
+    domain: Annotated[str, typer.Option(help="impedance, gmm, force, stiffness, with commas; all")] = "",
+    keep: Annotated[Path, typer.Option(help="folder for trials, digests and missed cases")] = Path("proof"),
+    real: Annotated[Path, typer.Option(help="folder of measured cases")] = Path("../shared/data"),
+    quick: Annotated[bool, typer.Option("--quick", help="12 trials, no measured recordings")] = False,
+    limit: Annotated[float, typer.Option(help="seconds for one diagnosis")] = 300.0,
+) -> None:
+    """Diagnose concealed cases, reveal them, and score. Ctrl-C loses nothing: the same command goes on."""
+    from modelgen.cli.proving import prove_command
+
+    raise typer.Exit(
+        prove_command(trials, seed, jobs, html, json, markdown, secret, noise, domain, keep, real, quick, limit)
+    )
+
+
+@app.command()
 def export(
     models: Annotated[list[str], typer.Argument(metavar="MODEL...", help=MODEL)],
     target: Annotated[str, typer.Option(help="what to write: c99 or fmu")] = "c99",

@@ -18,7 +18,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from modelgen.prove import discrepancy, dictionary
-from modelgen.prove.records import Array, Record, records
+from modelgen.prove.oracle import after, of_truth, over
+from modelgen.prove.records import Record, records
 from modelgen.prove.worker import RESIDUALS
 from modelgen.truths import Secret
 from modelgen.truths.scoring import accepted
@@ -28,16 +29,23 @@ Marks = dict[str, Any]
 
 
 def rivals(secret: Secret, verdict: Mapping[str, Any], folder: Path) -> dict[str, Marks]:
-    """Each baseline's marks on a case: found, named, family (None where there is nothing to name), holdout_chi2."""
+    """Each baseline's marks on a case: found, name, named and family (None where there is nothing to name), and
+    `holdout`, its mean squared hold-out residual over that of the true law.
+
+    The entry "diagnosis" has `before` and `holdout` of the diagnosis itself.
+    """
     cases = records(folder / RESIDUALS)
     fit, held = [r for r in cases if not r.holdout], [r for r in cases if r.holdout]
+    truth = of_truth(secret, held)
     found = {
         "chi2": ranking(verdict, fit),
         "gp": discrepancy.explain(fit, held),
     }
     if dictionary.available():
         found["sindy"] = dictionary.explain(secret.domain, fit, held, verdict.get("parameters_before") or {})
-    return {name: _marked(secret, marks) for name, marks in found.items()}
+    ours = {"before": over(truth, [r.white for r in held]), "holdout": over(truth, after(held))}
+    marked = {name: _marked(secret, m, over(truth, m["rest"])) for name, m in found.items()}
+    return {"diagnosis": ours} | marked
 
 
 def ranking(verdict: Mapping[str, Any], fit: list[Record]) -> Marks:
@@ -46,19 +54,15 @@ def ranking(verdict: Mapping[str, Any], fit: list[Record]) -> Marks:
     missing = bool(np.sum(white**2) > chi2.ppf(0.99, len(white)))
     single = [t for t in verdict.get("hypotheses") or [] if len(t["ids"]) == 1 and t["rms_over_noise"]]
     best = min(single, key=lambda t: t["rms_over_noise"], default=None)
-    return {"found": missing, "name": best["ids"][0] if missing and best else "", "holdout_chi2": None}
+    return {"found": missing, "name": best["ids"][0] if missing and best else "", "rest": []}
 
 
-def _marked(secret: Secret, found: Marks) -> Marks:
+def _marked(secret: Secret, found: Marks, holdout: float | None) -> Marks:
     """The marks of one answer."""
     names = {n for good in accepted(secret).values() for n in good}
-    marks = {"found": found["found"], "name": found["name"], "holdout_chi2": found["holdout_chi2"]}
+    marks = {"found": found["found"], "name": found["name"], "holdout": holdout}
     if not names or found["name"] is None:
         return marks | {"named": None, "family": None}
     right = {family(n) for n in names}
     return marks | {"named": found["name"] in names, "family": family(found["name"]) in right}
 
-
-def chi2_per_datum(white: Array) -> float:
-    """Mean square of whitened residuals."""
-    return float(np.mean(np.square(white[np.isfinite(white)])))

@@ -24,23 +24,21 @@ def available() -> bool:
 def explain(
     domain: str, fit: Sequence[Record], held: Sequence[Record], base: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Whether any term is kept (best threshold by BIC), the effect of the largest, and hold-out χ²/N after."""
+    """Whether any term is kept (best threshold by BIC), the effect of the largest, and what is left of each held-out residual."""
     parts = [_columns(domain, r, base) for r in fit]
     names = list(parts[0][0])
     theta = np.concatenate([np.column_stack([terms[n] for n in names]) for terms, _ in parts])
     y = np.concatenate([target for _, target in parts])
     size = np.maximum(np.sqrt(np.mean(theta**2, axis=0)), 1e-30)  # then a coefficient is its term's rms / noise
     coefficients = _sparsest(theta / size, y)
-    chi2 = None
-    if held:
-        rest = [
-            target - np.column_stack([terms[n] for n in names]) / size @ coefficients
-            for terms, target in (_columns(domain, r, base) for r in held)
-        ]
-        chi2 = float(np.mean(np.concatenate(rest) ** 2))
+    rest = []
+    for r in held:
+        terms, target = _columns(domain, r, base, whole=True)
+        left = target - np.column_stack([terms[n] for n in names]) / size @ coefficients
+        rest.append(left.reshape(-1, len(r.data)))
     best = int(np.argmax(np.abs(coefficients)))
     missing = bool(np.any(coefficients))
-    return {"found": missing, "name": names[best] if missing else "", "holdout_chi2": chi2}
+    return {"found": missing, "name": names[best] if missing else "", "rest": rest}
 
 
 def _sparsest(theta: Array, y: Array) -> Array:
@@ -58,9 +56,12 @@ def _sparsest(theta: Array, y: Array) -> Array:
     return best
 
 
-def _columns(domain: str, r: Record, base: Mapping[str, Any]) -> tuple[Terms, Array]:
-    """Terms, each under the id of the effect that it is, and the residual; both over the noise, outliers out."""
-    good = np.all(np.isfinite(r.white), axis=0)
+def _columns(
+    domain: str, r: Record, base: Mapping[str, Any], whole: bool = False
+) -> tuple[Terms, Array]:
+    """Terms, each under the id of the effect that it is, and the residual; both over the noise, and without
+    outliers unless `whole`."""
+    good = np.all(np.isfinite(r.white), axis=0) | whole
     if domain in ("impedance", "gmm"):
         weight = _per_ohm(r)
         terms = {n: np.concatenate([x.real[good], x.imag[good]]) for n, x in _impedance(r, base, weight).items()}

@@ -16,7 +16,7 @@ POINTS = 240
 
 
 def explain(fit: Sequence[Record], held: Sequence[Record]) -> dict[str, Any]:
-    """Whether a discrepancy is there (evidence against white residuals by BIC), and hold-out χ²/N with it."""
+    """Whether a discrepancy is there (evidence against white residuals by BIC), and what it leaves of each held-out residual."""
     x, y = _gathered(fit)
     centre, spread = x.mean(axis=0), np.maximum(x.std(axis=0), 1e-12)
     x = (x - centre) / spread
@@ -28,12 +28,10 @@ def explain(fit: Sequence[Record], held: Sequence[Record]) -> dict[str, Any]:
     none = 0.5 * float(np.sum(y**2))
     gain = 2 * (none - float(found.fun)) - len(start) * np.log(y.size)
     missing = bool(gain > 0)
-    chi2 = None
-    if held:
-        xh, yh = _gathered(held)
-        rest = yh - _predicted(found.x, x, y, (xh - centre) / spread) if missing else yh
-        chi2 = float(np.mean(rest**2))
-    return {"found": missing, "name": None, "holdout_chi2": chi2}
+    rest = [r.white for r in held]
+    if missing:
+        rest = [r.white - _predicted(found.x, x, y, (_inputs(r) - centre) / spread).T for r in held]
+    return {"found": missing, "name": None, "rest": rest}
 
 
 def _gathered(cases: Sequence[Record]) -> tuple[Array, Array]:

@@ -28,9 +28,20 @@ def conceal(task: Task, folder: Path) -> tuple[str, str]:
     return seal(secret)
 
 
-def reveal(index: int, text: str, digest: str, folder: Path, seconds: float, error: str) -> Row:
-    """The row of a trial: the secret, checked against its digest, and what the verdict in the folder got right."""
-    secret = unseal(text, digest)
+def reveal(
+    index: int,
+    text: str,
+    digest: str,
+    folder: Path,
+    seconds: float,
+    error: str,
+    own: Secret | None = None,
+) -> Row:
+    """The row of a trial: the secret, checked against its digest, and what the verdict in the folder got right.
+
+    own: the secret, where the text is somebody's own file.
+    """
+    secret = own or unseal(text, digest)
     row = {"index": index, "sha256": digest, "secret": text, "error": error, "wall": seconds}
     row |= told(secret)
     if error:
@@ -52,6 +63,7 @@ def told(secret: Secret) -> Row:
         "d2": dict(secret.d2),
         "ratio": secret.ratio,
         "unexplained": 1 - secret.r2,
+        "parameters": len(secret.identifiable),
         "bent": max(free.values(), default=0.0),
         "bent_std": max((abs(v) for v in secret.bent_std.values()), default=0.0),
     }

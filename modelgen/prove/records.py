@@ -21,12 +21,14 @@ Array = npt.NDArray[np.float64]
 @dataclass(frozen=True, eq=False)
 class Record:
     """One recording: `white` (channels, n) residual over the noise, NaN at outliers; `inputs` name -> (n,);
-    `data` (n,) as recorded, complex where it is."""
+    `data` (n,) as recorded, `before` and `after` as the base and the diagnosis' model have it."""
 
     holdout: bool
     white: Array
     inputs: Mapping[str, Array]
     data: npt.NDArray[Any]
+    before: npt.NDArray[Any]
+    after: npt.NDArray[Any]
 
 
 def write_records(path: Path, traces: Sequence[Trace]) -> None:
@@ -35,7 +37,7 @@ def write_records(path: Path, traces: Sequence[Trace]) -> None:
     for k, t in enumerate(traces):
         found[f"{k}:holdout"] = np.array(t.role == "holdout")
         found[f"{k}:white"] = np.where(t.outliers, np.nan, t.white_before)
-        found[f"{k}:data"] = t.data
+        found |= {f"{k}:data": t.data, f"{k}:before": t.before, f"{k}:after": t.after}
         found |= {f"{k}:input:{name}": x for name, x in t.inputs.items()}
     np.savez(path, **found)  # type: ignore[arg-type]
 
@@ -48,5 +50,6 @@ def records(path: Path) -> list[Record]:
     for k in range(sum(name.endswith(":white") for name in parts)):
         start = f"{k}:input:"
         inputs = {n.removeprefix(start): x for n, x in parts.items() if n.startswith(start)}
-        found.append(Record(bool(parts[f"{k}:holdout"]), parts[f"{k}:white"], inputs, parts[f"{k}:data"]))
+        curves = (parts[f"{k}:{name}"] for name in ("data", "before", "after"))
+        found.append(Record(bool(parts[f"{k}:holdout"]), parts[f"{k}:white"], inputs, *curves))
     return found

@@ -1,0 +1,139 @@
+"""The page: what was concealed, what was found, how often it was right, as one HTML file without a script."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any
+
+from markupsafe import Markup
+
+from modelgen.prove import pictures, scores
+from modelgen.prove.scores import Row, Share
+from modelgen.prove.run import missed
+from modelgen.truths.secret import NOISES
+
+NOISE_WORDS = {
+    "white": "white",
+    "clean": "white, displacement exact",
+    "coloured": "coloured, not stated",
+    "calibration": "smooth error of the instrument, stated",
+    "displacement": "large errors of the displacement",
+    "outliers": "1 % outliers",
+    "quantised": "quantised",
+    "misstated": "stated wrong by a factor of two",
+}
+DOMAIN_WORDS = {
+    "impedance": "moving coil, impedance",
+    "gmm": "magnetostrictive transducer, impedance",
+    "force": "elastomer, force over time",
+    "stiffness": "elastomer, stiffness over frequency",
+}
+KIND_WORDS = {
+    "none": "nothing missing",
+    "single": "one effect",
+    "variant": "one effect, another law",
+    "pair": "two effects",
+    "novel": "in no catalogue",
+}
+
+
+def page(
+    rows: Sequence[Row], real: Sequence[Row], left: Sequence[Mapping[str, Any]], facts: Mapping[str, Any]
+) -> str:
+    """The page as text. `left`: leave-one-out errors of the paper's table; `facts`: command, seed, versions."""
+    good = scores.usable(rows)
+    return str(
+        _template().render(
+            facts=facts,
+            n=len(good),
+            failed=[r for r in rows if r["error"]],
+            hidden=[r for r in rows if "hidden" in r],
+            board=scores.board(good),
+            cover=scores.coverage(good),
+            off=scores.expected_error(scores.calibration(good)),
+            seconds=scores.seconds(good),
+            tables=tables(good),
+            columns=[title for title, _ in scores.COLUMNS],
+            figures=_figures(good, left),
+            effects=len({e for r in good for e in r["effects"]}),
+            deep=_deep(good),
+            real=real,
+            left=left,
+            trials=[_trial(r) for r in good],
+        )
+    )
+
+
+def tables(good: Sequence[Row]) -> list[dict[str, Any]]:
+    """Scores by noise, by depth, by kind and by device."""
+    noise, domain, kind = ("noise", NOISE_WORDS), ("domain", DOMAIN_WORDS), ("kind", KIND_WORDS)
+    found = [
+        {"title": title, "rows": scores.table(good, lambda r, n=name, w=words: w[r[n]], list(words.values()))}
+        for title, (name, words) in (("noise", noise), ("what is concealed", kind), ("device", domain))
+    ]
+    order = [*pictures.DEPTH_ORDER, "nothing missing"]
+    depth = {"title": "residual of the best base over the noise", "rows": scores.table(good, scores.by_depth, order)}
+    assert set(NOISE_WORDS) == set(NOISES)
+    return [found[0], depth, *found[1:]]
+
+
+def _figures(good: Sequence[Row], left: Sequence[Mapping[str, Any]]) -> dict[str, Markup]:
+    if not good:
+        return {}
+    drawn = {
+        "depth": pictures.over_depth(good),
+        "hidden": pictures.concealment(good),
+        "confused": pictures.confusions(good),
+        "reliable": pictures.reliability(good),
+        "rivals": pictures.rivals(scores.baselines(good)),
+    }
+    if left:
+        drawn["left"] = pictures.left_out(left)
+    return {name: Markup(text) for name, text in drawn.items()}
+
+
+def _deep(good: Sequence[Row]) -> float:
+    """Share of concealments that explain more than 99.9 % of the variance."""
+    concealed = [r["unexplained"] < 1e-3 for r in good if r["effects"]]
+    return sum(concealed) / len(concealed) if concealed else float("nan")
+
+
+def _trial(row: Row) -> dict[str, Any]:
+    """One line of the list of all trials."""
+    first = row["verdict"]["effects"]
+    also = f" (or {', '.join(first[0]['equivalents'])})" if first and first[0]["equivalents"] else ""
+    return {
+        "index": row["index"],
+        "sha": row["sha256"],
+        "nonce": json.loads(row["secret"]).get("nonce", ""),
+        "secret": " + ".join(row["effects"]) or "nothing",
+        "law": row["variant"],
+        "where": f"{row['domain']}, {row['noise']}",
+        "ratio": row["ratio"],
+        "named": (" + ".join(e["id"] for e in first) or "nothing") + also,
+        "ok": not missed(row),
+    }
+
+
+def percent(s: Share) -> str:
+    """83 %, or – where it applies to no trial."""
+    return f"{100 * s.value:.0f} %" if s.n else "–"
+
+
+@cache
+def _template() -> Any:
+    import jinja2
+
+    from modelgen.codegen.emit import templates_folder
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(templates_folder()),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters["percent"] = percent
+    return environment.get_template("proof.html.j2")

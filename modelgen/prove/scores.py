@@ -1,0 +1,251 @@
+"""How often the verdicts were right: shares with exact (Clopper-Pearson) 95 % intervals, over groups of trials."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+Row = Mapping[str, Any]
+Mark = Callable[[Row], "bool | None"]
+RATIOS = ((1.0, 1.2, "in the noise"), (1.2, 2.1, "1.5"), (2.1, 4.2, "3"), (4.2, 11.0, "6"), (11.0, np.inf, "20"))
+BINS = (0.0, 0.5, 0.7, 0.85, 0.95, 1.0001)
+POWER_FROM = 40.0
+HOLDOUT = 1.05
+
+
+@dataclass(frozen=True)
+class Share:
+    """hits of n, and the 95 % interval of what the share would be of many."""
+
+    hits: int
+    n: int
+    low: float
+    high: float
+
+    @property
+    def value(self) -> float:
+        return self.hits / self.n if self.n else float("nan")
+
+
+def share(marks: Iterable[bool | None]) -> Share:
+    """The share of true marks among those that apply."""
+    from scipy.stats import binomtest
+
+    found = [bool(m) for m in marks if m is not None]
+    if not found:
+        return Share(0, 0, 0.0, 1.0)
+    interval = binomtest(sum(found), len(found)).proportion_ci(0.95, "exact")
+    return Share(sum(found), len(found), float(interval.low), float(interval.high))
+
+
+@dataclass(frozen=True)
+class Goal:
+    """One line of the scoreboard: `low` to `high` is what the share should lie in."""
+
+    key: str
+    says: str
+    mark: Mark
+    low: float = 0.0
+    high: float = 1.0
+
+    def met(self, s: Share) -> bool:
+        return bool(s.n) and self.low <= s.value <= self.high
+
+    @property
+    def wanted(self) -> str:
+        if self.low > 0 and self.high < 1:
+            return f"{100 * self.low:.0f}–{100 * self.high:.0f} %"
+        return f"≥ {100 * self.low:.0f} %" if self.low > 0 else f"≤ {100 * self.high:.0f} %"
+
+
+def depth(row: Row) -> float:
+    """The smallest d² that a concealed effect leaves (of a pair: the other one known)."""
+    return min((v for k, v in row["d2"].items() if k != "all"), default=0.0)
+
+
+def detected(row: Row) -> bool | None:
+    """Whether something was found missing where something is."""
+    return bool(row["first"]) if row["effects"] else None
+
+
+def _power(row: Row) -> bool | None:
+    return detected(row) if depth(row) >= POWER_FROM else None
+
+
+def tells(row: Row) -> bool:
+    """Whether the verdict says that the data tell the first effect from all others."""
+    return row.get("set_size") == 1
+
+
+def holdout(row: Row, method: str = "diagnosis") -> bool | None:
+    """Whether the hold-out is met as the true law would; None where no catalogue holds that law."""
+    ratio = row["rivals"].get(method, {}).get("holdout")
+    return None if ratio is None or row["kind"] == "novel" else bool(ratio <= HOLDOUT)
+
+
+def resolved(row: Row) -> bool | None:
+    followed = row.get("followed")
+    return bool(followed["resolved"]) if followed else None
+
+
+def _nine_in_ten(row: Row) -> bool | None:
+    claimed = row.get("claimed")
+    return row["named"] if claimed is not None and 0.85 <= claimed < 0.95 else None
+
+
+GOALS = (
+    Goal("false alarm", "false alarm where nothing is missing", lambda r: r.get("alarm"), high=0.01),
+    Goal("power", "something is missing: found out (d² ≥ 40)", _power, low=0.95),
+    Goal("port", "its port is right", lambda r: r.get("port"), low=0.95),
+    Goal("named, told", "first name right, where the verdict says that the data tell",
+         lambda r: r.get("named") if tells(r) else None, low=0.97),
+    Goal("family", "family right at first try", lambda r: r.get("family"), low=0.95),
+    Goal("in set", "right one within the stated equivalents", lambda r: r.get("in_set"), low=0.98),
+    Goal("both", "both families of a pair named", lambda r: r.get("both"), low=0.88),
+    Goal("unknown", "physics that no catalogue holds is called unknown", lambda r: r.get("unknown"), low=0.90),
+    Goal("misnamed", "… is given a wrong name", lambda r: r.get("misnamed"), high=0.03),
+    Goal("experiment", "the one proposed experiment resolves what was ambiguous", resolved, low=0.80),
+    Goal("nine in ten", "claims of 85 to 95 % are right", _nine_in_ten, low=0.85, high=0.95),
+    Goal("hold-out", f"hold-out χ² after, over the true law's, ≤ {HOLDOUT}", holdout, low=0.90),
+)  # fmt: skip
+COLUMNS: tuple[tuple[str, Mark], ...] = (
+    ("false alarm", lambda r: r.get("alarm")),
+    ("found", detected),
+    ("first name", lambda r: r.get("named")),
+    ("family", lambda r: r.get("family")),
+    ("in set", lambda r: r.get("in_set")),
+    ("port", lambda r: r.get("port")),
+    ("both of pair", lambda r: r.get("both")),
+    ("unknown", lambda r: r.get("unknown")),
+    ("misnamed", lambda r: r.get("misnamed")),
+    ("hold-out", holdout),
+)
+
+
+def usable(rows: Iterable[Row]) -> list[Row]:
+    """Trials that were drawn and gave a verdict."""
+    return [r for r in rows if not r["error"] and "hidden" not in r]
+
+
+def grouped(rows: Sequence[Row], key: Callable[[Row], str], order: Sequence[str] = ()) -> dict[str, list[Row]]:
+    """Rows by group, in the given order, then by name."""
+    names = {key(r) for r in rows}
+    ranked = [n for n in order if n in names] + sorted(names - set(order))
+    return {name: [r for r in rows if key(r) == name] for name in ranked}
+
+
+def by_depth(row: Row) -> str:
+    """The rms ratio, as the nearest of 1.5, 3, 6, 20, or "in the noise"."""
+    if not row["effects"]:
+        return "nothing missing"
+    return next(name for low, high, name in RATIOS if low <= row["ratio"] < high)
+
+
+def effect_of(row: Row) -> str:
+    """What is concealed, as one row of the confusion matrix."""
+    return row["effects"][0] if row["effects"] else "nothing"
+
+
+def calibration(rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """Stated probabilities of the first name, in bins, against how often it was right."""
+    claims = [(r["claimed"], r["named"]) for r in rows if r.get("claimed") is not None]
+    found = []
+    for a, b in zip(BINS, BINS[1:], strict=False):
+        inside = [(p, ok) for p, ok in claims if a <= p < b]
+        if inside:
+            stated = float(np.mean([p for p, _ in inside]))
+            found.append({"stated": stated, "right": share(ok for _, ok in inside)})
+    return found
+
+
+def expected_error(bins: Sequence[Mapping[str, Any]]) -> float:
+    """Mean distance of stated probability and share right, weighted by the number of claims."""
+    n = sum(b["right"].n for b in bins)
+    return sum(b["right"].n * abs(b["stated"] - b["right"].value) for b in bins) / n if n else float("nan")
+
+
+def coverage(rows: Sequence[Row]) -> Share:
+    """95 % intervals of base parameters that hold the true value, where the law was found."""
+    marks: list[bool] = []
+    for r in rows:
+        if r.get("covered") is not None and (r.get("named") or r.get("alarm") is False):
+            hits = round(r["covered"] * r["parameters"])
+            marks += [True] * hits + [False] * (r["parameters"] - hits)
+    return share(marks)
+
+
+def confusion(rows: Sequence[Row]) -> Counter[tuple[str, str]]:
+    """(concealed, named first) -> trials; of a pair the effect that was named, if one was."""
+    found: Counter[tuple[str, str]] = Counter()
+    for r in rows:
+        first = r["first"] or "nothing"
+        first = "unknown" if first.startswith("unknown") else first
+        found[first if first in r["effects"] else effect_of(r), first] += 1
+    return found
+
+
+def baselines(rows: Sequence[Row]) -> dict[str, dict[str, Share]]:
+    """The diagnosis beside simpler methods, mark by mark; no trials where a method has nothing to say."""
+    names = sorted({n for r in rows for n in r["rivals"]} - {"diagnosis"})
+    ours = {
+        "false alarm": share(r.get("alarm") for r in rows),
+        "found": share(_power(r) for r in rows),
+        "first name": share(r.get("named") for r in rows),
+        "family": share(r.get("family") for r in rows),
+        "hold-out": share(holdout(r) for r in rows),
+    }
+    return {"modelgen": ours} | {n: _baseline(rows, n) for n in names}
+
+
+def _baseline(rows: Sequence[Row], name: str) -> dict[str, Share]:
+    told = [(r, r["rivals"][name]) for r in rows if name in r["rivals"]]
+    return {
+        "false alarm": share(m["found"] if not r["effects"] else None for r, m in told),
+        "found": share(m["found"] if depth(r) >= POWER_FROM else None for r, m in told),
+        "first name": share(m["named"] for _, m in told),
+        "family": share(m["family"] for _, m in told),
+        "hold-out": share(holdout(r, name) for r, _ in told),
+    }
+
+
+def board(rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """The scoreboard: each goal with its share."""
+    return [{"goal": g, "share": (s := share(map(g.mark, rows))), "met": g.met(s)} for g in GOALS]
+
+
+def table(rows: Sequence[Row], key: Callable[[Row], str], order: Sequence[str] = ()) -> list[dict[str, Any]]:
+    """One line a group: its trials, the share of each mark, median seconds."""
+    return [
+        {"name": name, "n": len(group), "seconds": seconds(group)}
+        | {"shares": [(title, share(map(mark, group))) for title, mark in COLUMNS]}
+        for name, group in grouped(rows, key, order).items()
+    ]
+
+
+def seconds(rows: Sequence[Row]) -> float:
+    """Median seconds of a diagnosis."""
+    return float(np.median([r["wall"] for r in rows])) if rows else float("nan")
+
+
+def to_json(rows: Sequence[Row], about: Mapping[str, Any]) -> dict[str, Any]:
+    """The scores as plain data: schema `modelgen.proof/1`."""
+    good = usable(rows)
+
+    def plain(s: Share) -> dict[str, Any]:
+        return asdict(s) | {"value": s.value if s.n else None}
+
+    return {
+        "schema": "modelgen.proof/1",
+        **about,
+        "trials": len(good),
+        "scores": {b["goal"].key: plain(b["share"]) | {"wanted": b["goal"].wanted, "met": b["met"]} for b in board(good)},
+        "coverage": plain(coverage(good)),
+        "calibration": [{"stated": c["stated"], "right": plain(c["right"])} for c in calibration(good)],
+        "seconds": {"median": seconds(good) if good else None},
+        "baselines": {n: {k: plain(v) for k, v in m.items()} for n, m in baselines(good).items()},
+        "rows": list(rows),
+    }
