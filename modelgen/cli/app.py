@@ -102,7 +102,9 @@ def prove(
     from modelgen.cli.proving import prove_command
 
     raise typer.Exit(
-        prove_command(trials, seed, jobs, html, json, markdown, secret, noise, domain, keep, real, quick, limit)
+        prove_command(
+            trials, seed, jobs, html, json, markdown, secret, noise, domain, keep, real, quick, limit
+        )
     )
 
 

@@ -83,7 +83,9 @@ def prove(wish: Wish) -> int:
         try:
             run(tasks, room, wish.jobs, wish.limit, sealed, done)
         except KeyboardInterrupt:
-            to.print(f"interrupted; what is done is in {room.folder}/{TRIALS}, the same command goes on from there")
+            to.print(
+                f"interrupted; what is done is in {room.folder}/{TRIALS}, the same command goes on from there"
+            )
             status = 130
     by_index = room.rows()
     rows = [by_index[t.index] for t in tasks if t.index in by_index]
@@ -112,12 +114,18 @@ def prove_secret(path: Path, json: Path | None, limit: float) -> int:
 
 def _marks(row: Row) -> str:
     names = ("alarm", "named", "family", "in_set", "port", "both", "unknown", "misnamed")
-    return ", ".join(f"{n}: {'yes' if row[n] else 'no'}" for n in names if row.get(n) is not None) or "no verdict"
+    return (
+        ", ".join(f"{n}: {'yes' if row[n] else 'no'}" for n in names if row.get(n) is not None)
+        or "no verdict"
+    )
 
 
 @contextmanager
-def _progress(to: Console, total: int, ready: int) -> Iterator[tuple[Callable[[Row], None], Callable[[Row], None]]]:
-    """sealed(row) prints a digest before the diagnosis, done(row) the secret after it; a bar on a terminal."""
+def _progress(
+    to: Console, total: int, ready: int
+) -> Iterator[tuple[Callable[[Row], None], Callable[[Row], None]]]:
+    """sealed(row) prints a digest before the diagnosis, done(row) the secret after it; a bar on a
+    terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -172,7 +180,9 @@ def _show(rows: Sequence[Row], to: Console, room: Room) -> None:
     to.print(shown)
     cover = scores.coverage(good)
     if cover.n:
-        to.print(f"95 % intervals of parameters hold the true value in {100 * cover.value:.0f} % of {cover.n}")
+        to.print(
+            f"95 % intervals of parameters hold the true value in {100 * cover.value:.0f} % of {cover.n}"
+        )
     failed = [r for r in rows if r["error"]]
     hidden = [r for r in rows if "hidden" in r]
     if good:

@@ -1,11 +1,12 @@
 """What simpler methods make of the same recordings and the same fitted base: the scores to beat.
 
-- `chi2`: χ² alone. Something is missing if the base's χ² is too large for its noise (1 %), and it is the effect
-  whose refit leaves the least. The refits are the diagnosis's own, which is more than it has a right to.
-- `sindy`: sparse regression (STLSQ of PySINDy) of the residual on a dictionary of terms; the largest term names
-  the effect. Brunton, Proctor and Kutz 2016; for discrepancies Kaheman et al. 2019.
-- `gp`: a Gaussian process for the discrepancy, Kennedy and O'Hagan 2001. It says that something is missing, and
-  predicts; it names nothing.
+- `chi2`: χ² alone. Something is missing if the base's χ² is too large for its noise (1 %), and it is the
+  effect whose refit leaves the least. The refits are the diagnosis's own, which is more than it has a right
+    to.
+- `sindy`: sparse regression (STLSQ of PySINDy) of the residual on a dictionary of terms; the largest term
+  names the effect. Brunton, Proctor and Kutz 2016; for discrepancies Kaheman et al. 2019.
+- `gp`: a Gaussian process for the discrepancy, Kennedy and O'Hagan 2001. It says that something is missing,
+  and predicts; it names nothing.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
-from modelgen.prove import discrepancy, dictionary
+from modelgen.prove import dictionary, discrepancy
 from modelgen.prove.oracle import after, of_truth, over
 from modelgen.prove.records import Record, records
 from modelgen.prove.worker import RESIDUALS
@@ -29,8 +30,8 @@ Marks = dict[str, Any]
 
 
 def rivals(secret: Secret, verdict: Mapping[str, Any], folder: Path) -> dict[str, Marks]:
-    """Each baseline's marks on a case: found, name, named and family (None where there is nothing to name), and
-    `holdout`, its mean squared hold-out residual over that of the true law.
+    """Each baseline's marks on a case: found, name, named and family (None where there is nothing to name),
+    and `holdout`, its mean squared hold-out residual over that of the true law.
 
     The entry "diagnosis" has `before` and `holdout` of the diagnosis itself.
     """
@@ -65,4 +66,3 @@ def _marked(secret: Secret, found: Marks, holdout: float | None) -> Marks:
         return marks | {"named": None, "family": None}
     right = {family(n) for n in names}
     return marks | {"named": found["name"] in names, "family": family(found["name"]) in right}
-

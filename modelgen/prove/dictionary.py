@@ -24,12 +24,15 @@ def available() -> bool:
 def explain(
     domain: str, fit: Sequence[Record], held: Sequence[Record], base: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Whether any term is kept (best threshold by BIC), the effect of the largest, and what is left of each held-out residual."""
+    """Whether any term is kept (best threshold by BIC), the effect of the largest, and what is left of each
+    held-out residual."""
     parts = [_columns(domain, r, base) for r in fit]
     names = list(parts[0][0])
     theta = np.concatenate([np.column_stack([terms[n] for n in names]) for terms, _ in parts])
     y = np.concatenate([target for _, target in parts])
-    size = np.maximum(np.sqrt(np.mean(theta**2, axis=0)), 1e-30)  # then a coefficient is its term's rms / noise
+    size = np.maximum(
+        np.sqrt(np.mean(theta**2, axis=0)), 1e-30
+    )  # then a coefficient is its term's rms / noise
     coefficients = _sparsest(theta / size, y)
     rest = []
     for r in held:
@@ -56,15 +59,15 @@ def _sparsest(theta: Array, y: Array) -> Array:
     return best
 
 
-def _columns(
-    domain: str, r: Record, base: Mapping[str, Any], whole: bool = False
-) -> tuple[Terms, Array]:
+def _columns(domain: str, r: Record, base: Mapping[str, Any], whole: bool = False) -> tuple[Terms, Array]:
     """Terms, each under the id of the effect that it is, and the residual; both over the noise, and without
     outliers unless `whole`."""
     good = np.all(np.isfinite(r.white), axis=0) | whole
     if domain in ("impedance", "gmm"):
         weight = _per_ohm(r)
-        terms = {n: np.concatenate([x.real[good], x.imag[good]]) for n, x in _impedance(r, base, weight).items()}
+        terms = {
+            n: np.concatenate([x.real[good], x.imag[good]]) for n, x in _impedance(r, base, weight).items()
+        }
         return terms, np.concatenate([r.white[0][good], r.white[1][good]])
     terms = _stiffness(r) if domain == "stiffness" else _motion(r)
     return {n: x[good] for n, x in terms.items()}, r.white[0][good]
@@ -76,7 +79,8 @@ def _per_ohm(r: Record) -> Array:
 
 
 def _impedance(r: Record, base: Mapping[str, Any], weight: Array) -> Terms:
-    """First-order changes of Z by elements at the terminals, and in the motional branch where it can be told."""
+    """First-order changes of Z by elements at the terminals, and in the motional branch where it can be
+    told."""
     w = 2 * np.pi * r.inputs["f"]
     x, Z = 1j * w / w.max(), r.data
     terms = {

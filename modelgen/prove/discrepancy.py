@@ -16,7 +16,8 @@ POINTS = 240
 
 
 def explain(fit: Sequence[Record], held: Sequence[Record]) -> dict[str, Any]:
-    """Whether a discrepancy is there (evidence against white residuals by BIC), and what it leaves of each held-out residual."""
+    """Whether a discrepancy is there (evidence against white residuals by BIC), and what it leaves of each
+    held-out residual."""
     x, y = _gathered(fit)
     centre, spread = x.mean(axis=0), np.maximum(x.std(axis=0), 1e-12)
     x = (x - centre) / spread

@@ -22,7 +22,8 @@ def ambiguous(row: Row) -> bool:
 
 
 def follow_up(row: Row, folder: Path, pool: Executor, diagnoser: Diagnoser) -> Row:
-    """{"followed": None}: nothing to resolve; else whether a recording was proposed, and whether it resolved."""
+    """{"followed": None}: nothing to resolve; else whether a recording was proposed, and whether it
+    resolved."""
     if not ambiguous(row):
         return {"followed": None}
     sentence = row["verdict"]["effects"][0]["separating_experiment"] or ""

@@ -37,7 +37,8 @@ def reveal(
     error: str,
     own: Secret | None = None,
 ) -> Row:
-    """The row of a trial: the secret, checked against its digest, and what the verdict in the folder got right.
+    """The row of a trial: the secret, checked against its digest, and what the verdict in the folder got
+    right.
 
     own: the secret, where the text is somebody's own file.
     """

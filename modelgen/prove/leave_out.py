@@ -22,7 +22,8 @@ EFFECT = "power_law_viscoelasticity"
 
 @dataclass(frozen=True)
 class LeftOut:
-    """Rms relative errors of one table: of the fit to all its rows, and of each row predicted from the others."""
+    """Rms relative errors of one table: of the fit to all its rows, and of each row predicted from the
+    others."""
 
     name: str
     fit_before: float
@@ -35,14 +36,15 @@ class LeftOut:
 def leave_one_out(folder: Path) -> list[LeftOut]:
     """The errors of each table in the folder of the example; an empty list where the example isn't there."""
     from modelgen.effects import CATALOGUE
-    from modelgen.models import complex_stiffness
+    from modelgen.models import load
 
+    model = load("complex_stiffness")
     effect = next(e for e in CATALOGUE if e.id == EFFECT)
-    extended = effect.extend(complex_stiffness, effect.fits(complex_stiffness)[0])
+    extended = effect.extend(model, effect.fits(model)[0])
     found = []
     for path in sorted(folder.glob(TABLES)):
         rows = path.read_text(encoding="utf-8").splitlines()
-        base = _errors(complex_stiffness, rows, NO_FRICTION)
+        base = _errors(model, rows, NO_FRICTION)
         better = _errors(extended, rows, NO_FRICTION | {"k_D": 0.0, "c_D": 0.0})
         alpha = next(v for n, v in better.parameters.items() if "alpha" in n)
         name = path.stem.removesuffix("_0p4mm").replace("_", " ").upper()

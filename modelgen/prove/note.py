@@ -20,10 +20,11 @@ def note(
         "# Proof: physics concealed in recordings, and found",
         f"Written by `{facts['command']} --markdown PROOF.md`. {len(good)} trials, seed {facts['seed']}, "
         + ", ".join(f"{n} {v}" for n, v in facts["versions"].items())
-        + f", code {facts['code']}, {facts['machine']}. A diagnosis took {scores.seconds(good):.1f} s (median).",
-        "Each secret was drawn, sealed (SHA-256 printed), and revealed after a process that was told nothing but the "
-        "case's folder had given its verdict. Recordings are made by `modelgen.truths`, which shares no code with the "
-        "models, effects and kernels. Intervals are exact 95 % ones.",
+        + f", code {facts['code']}, {facts['machine']}. "
+        f"A diagnosis took {scores.seconds(good):.1f} s (median).",
+        "Each secret was drawn, sealed (its SHA-256 printed), and revealed after a process that was told "
+        "nothing but the case's folder had given its verdict. Recordings are made by `modelgen.truths`, "
+        "which shares no code with the models, effects and kernels. Intervals are exact 95 % ones.",
         "## Scoreboard",
         _board(good),
         _aside(good),
@@ -69,7 +70,8 @@ def _aside(good: Sequence[Row]) -> str:
     cover, bins = scores.coverage(good), scores.calibration(good)
     told = "; ".join(f"{100 * b['stated']:.0f} %: {percent(b['right'])} of {b['right'].n}" for b in bins)
     return (
-        f"95 % intervals of base parameters hold the true value in {percent(cover)} of {cover.n} (where the law was "
+        f"95 % intervals of base parameters hold the true value in {percent(cover)} of {cover.n} (where the "
+        f"law was "
         f"found). Stated probability of the first name and how often it was right: {told}."
     )
 
@@ -78,7 +80,9 @@ def _table(rows: Sequence[Mapping[str, Any]]) -> str:
     head = ("", "trials", *(title for title, _ in scores.COLUMNS), "seconds")
     lines = []
     for r in rows:
-        shares = [f"{percent(s)} ({100 * s.low:.0f}–{100 * s.high:.0f})" if s.n else "" for _, s in r["shares"]]
+        shares = [
+            f"{percent(s)} ({100 * s.low:.0f}–{100 * s.high:.0f})" if s.n else "" for _, s in r["shares"]
+        ]
         lines.append((r["name"], str(r["n"]), *shares, f"{r['seconds']:.1f}"))
     return _grid(head, lines)
 
@@ -103,7 +107,8 @@ def _confused(good: Sequence[Row]) -> str:
 
 def _left(left: Sequence[Mapping[str, Any]]) -> str:
     rows = [
-        (t["name"], f"{100 * t['before']:.1f} %", f"{100 * t['after']:.2f} %", f"{t['exponent']:.3f}") for t in left
+        (t["name"], f"{100 * t['before']:.1f} %", f"{100 * t['after']:.2f} %", f"{t['exponent']:.3f}")
+        for t in left
     ]
     return _grid(("sample", "spring and dashpot", "springpot", "its exponent"), rows)
 
@@ -112,7 +117,8 @@ def _real(real: Sequence[Row]) -> str:
     rows = []
     for r in real:
         found = "; ".join(
-            e["id"] + (f" (or {', '.join(e['equivalents'])})" if e["equivalents"] else "") for e in r["effects"]
+            e["id"] + (f" (or {', '.join(e['equivalents'])})" if e["equivalents"] else "")
+            for e in r["effects"]
         )
         fit = r["fit"] or {"before": {}, "after": {}}
         rms = [fit[k].get("fit_rms_over_noise") or float("nan") for k in ("before", "after")]

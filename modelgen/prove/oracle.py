@@ -79,8 +79,8 @@ def _weight(r: Record) -> Array:
 
 
 def _through(scene: ForceScene, i: int, r: Record) -> Array:
-    """Force [N] that errors of the recorded motion, which a law is evaluated on, make through the sample's mean
-    stiffness and its dashpot."""
+    """Force [N] that errors of the recorded motion, which a law is evaluated on, make through the sample's
+    mean stiffness and its dashpot."""
     motion, b = scene.motions[i], scene.base
     z, v, _ = (motion.recorded(x) for x in motion.zva)
     stiffness = b["k_D"] + 0.5 * b["h_D"] * b["rho"]

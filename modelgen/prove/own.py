@@ -50,12 +50,16 @@ def _drawn(path: Path, text: str) -> Secret:
 def _own(path: Path, data: dict[str, Any]) -> Secret:
     for name in data:
         if name not in FIELDS:
-            raise InputError(f"{path}: no field '{name}'{did_you_mean(name, FIELDS)}; have {', '.join(FIELDS)}")
+            raise InputError(
+                f"{path}: no field '{name}'{did_you_mean(name, FIELDS)}; have {', '.join(FIELDS)}"
+            )
     if data.get("schema") != SCHEMA:
-        raise InputError(f"{path}: schema is {data.get('schema')!r}, \"{SCHEMA}\" is wanted")
+        raise InputError(f'{path}: schema is {data.get("schema")!r}, "{SCHEMA}" is wanted')
     effects, base = data.get("effects"), data.get("base", {})
     if not isinstance(effects, list) or not all(isinstance(e, str) for e in effects):
-        raise InputError(f"{path}: effects is {effects!r}, a list of ids is wanted ([] where nothing is missing)")
+        raise InputError(
+            f"{path}: effects is {effects!r}, a list of ids is wanted ([] where nothing is missing)"
+        )
     numbers = isinstance(base, dict) and all(isinstance(v, int | float) for v in base.values())
     if not numbers:
         raise InputError(f"{path}: base is {base!r}, a table of true parameter values is wanted")
@@ -96,6 +100,8 @@ def _copy(case: Path, folder: Path) -> None:
         if not (case.parent / name).is_file():
             raise InputError(f"{case}: there is no file '{name}'")
         if not target.resolve().is_relative_to(folder.resolve()):
-            raise InputError(f"{case}: '{name}' is not in the folder of the case, where a secret's files must be")
+            raise InputError(
+                f"{case}: '{name}' is not in the folder of the case, where a secret's files must be"
+            )
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(case.parent / name, target)

@@ -10,9 +10,8 @@ from typing import Any
 from markupsafe import Markup
 
 from modelgen.prove import pictures, scores
-from modelgen.prove.scores import Row, Share
 from modelgen.prove.run import missed
-from modelgen.truths.secret import NOISES
+from modelgen.prove.scores import Row, Share
 
 NOISE_WORDS = {
     "white": "white",
@@ -42,7 +41,8 @@ KIND_WORDS = {
 def page(
     rows: Sequence[Row], real: Sequence[Row], left: Sequence[Mapping[str, Any]], facts: Mapping[str, Any]
 ) -> str:
-    """The page as text. `left`: leave-one-out errors of the paper's table; `facts`: command, seed, versions."""
+    """The page as text. `left`: leave-one-out errors of the paper's table; `facts`: command, seed,
+    versions."""
     good = scores.usable(rows)
     return str(
         _template().render(
@@ -68,15 +68,20 @@ def page(
 
 def tables(good: Sequence[Row]) -> list[dict[str, Any]]:
     """Scores by noise, by depth, by kind and by device."""
-    noise, domain, kind = ("noise", NOISE_WORDS), ("domain", DOMAIN_WORDS), ("kind", KIND_WORDS)
-    found = [
-        {"title": title, "rows": scores.table(good, lambda r, n=name, w=words: w[r[n]], list(words.values()))}
-        for title, (name, words) in (("noise", noise), ("what is concealed", kind), ("device", domain))
+    depths = [*pictures.DEPTH_ORDER, "nothing missing"]
+    return [
+        _by(good, "noise", "noise", NOISE_WORDS),
+        {
+            "title": "residual of the best base over the noise",
+            "rows": scores.table(good, scores.by_depth, depths),
+        },
+        _by(good, "what is concealed", "kind", KIND_WORDS),
+        _by(good, "device", "domain", DOMAIN_WORDS),
     ]
-    order = [*pictures.DEPTH_ORDER, "nothing missing"]
-    depth = {"title": "residual of the best base over the noise", "rows": scores.table(good, scores.by_depth, order)}
-    assert set(NOISE_WORDS) == set(NOISES)
-    return [found[0], depth, *found[1:]]
+
+
+def _by(good: Sequence[Row], title: str, key: str, words: Mapping[str, str]) -> dict[str, Any]:
+    return {"title": title, "rows": scores.table(good, lambda r: words[r[key]], list(words.values()))}
 
 
 def _figures(good: Sequence[Row], left: Sequence[Mapping[str, Any]]) -> dict[str, Markup]:
@@ -119,7 +124,7 @@ def _trial(row: Row) -> dict[str, Any]:
 
 def percent(s: Share) -> str:
     """83 %, or – where it applies to no trial."""
-    return f"{100 * s.value:.0f} %" if s.n else "–"
+    return f"{100 * s.value:.0f}\u00a0%" if s.n else "–"
 
 
 @cache

@@ -1,4 +1,5 @@
-"""The figures of the page: scores over depth, what is confused with what, reliability, concealment, rivals."""
+"""The figures of the page: scores over depth, what is confused with what, reliability, concealment,
+rivals."""
 
 from __future__ import annotations
 
@@ -40,8 +41,9 @@ def over_depth(rows: Sequence[Row]) -> str:
         figure = Figure(figsize=(8.6, 3.1), layout="constrained")
         axes = figure.subplots()
         for k, (name, (mark, color)) in enumerate(marks.items()):
-            points = [(i, scores.share(map(mark, g))) for i, g in enumerate(groups.values())]
-            points = [(i + 0.09 * (k - 1.5), s) for i, s in points if s.n]
+            places = np.arange(len(groups)) + 0.09 * (k - 1.5)
+            shares = [scores.share(map(mark, g)) for g in groups.values()]
+            points = [(float(x), s) for x, s in zip(places, shares, strict=True) if s.n]
             axes.plot([x for x, _ in points], [100 * s.value for _, s in points], color=color, label=name)
             for x, s in points:
                 _interval(axes, x, s, color)
@@ -67,7 +69,14 @@ def concealment(rows: Sequence[Row]) -> str:
         for ok, color, name in ((True, svg.AFTER, "right"), (False, svg.BEFORE, "wrong")):
             part = [r for r in shown if missed(r) != ok]
             x = [r["ratio"] for r in part]
-            left.plot(x, [100 * max(r["unexplained"], 1e-8) for r in part], "o", color=color, markersize=3.2, alpha=0.75)
+            left.plot(
+                x,
+                [100 * max(r["unexplained"], 1e-8) for r in part],
+                "o",
+                color=color,
+                markersize=3.2,
+                alpha=0.75,
+            )
             bent = [max(100 * np.expm1(min(r["bent"], 5)), 1e-3) for r in part]
             right.plot(x, bent, "o", color=color, markersize=3.2, alpha=0.75, label=name)
         left.axhline(0.1, color=svg.INK, linewidth=0.8, dashes=(4, 3))
@@ -76,7 +85,9 @@ def concealment(rows: Sequence[Row]) -> str:
         for axes in (left, right):
             axes.set_xscale("log")
             axes.set_yscale("log")
-            log_ticks(axes.yaxis, np.concatenate([line.get_ydata() for line in axes.get_lines()]).astype(float))
+            log_ticks(
+                axes.yaxis, np.concatenate([line.get_ydata() for line in axes.get_lines()]).astype(float)
+            )
             axes.set_xticks([1, 1.5, 3, 6, 20], ["1", "1.5", "3", "6", "20"])
             axes.set_xticks([], minor=True)
             axes.set_xlabel("rms of its residual over the noise")
@@ -109,7 +120,9 @@ def confusions(rows: Sequence[Row]) -> str:
         axes.tick_params(length=0)
         axes.xaxis.tick_top()
         axes.set_title("named first →", fontsize=8.5, color=svg.MUTED)
-        return svg.inline(figure, "confusion matrix: concealed effect against the effect named first", "confused")
+        return svg.inline(
+            figure, "confusion matrix: concealed effect against the effect named first", "confused"
+        )
 
 
 def _right(truth: str, named: str) -> bool:
@@ -154,7 +167,9 @@ def reliability(rows: Sequence[Row]) -> str:
         axes.set_ylim(0, 104)
         axes.set_xlabel("stated probability, %")
         axes.set_title("first name right, % (and of how many)")
-        return svg.inline(figure, "reliability diagram: stated probabilities against shares right", "reliable")
+        return svg.inline(
+            figure, "reliability diagram: stated probabilities against shares right", "reliable"
+        )
 
 
 def rivals(methods: Mapping[str, Mapping[str, Share]]) -> str:
@@ -174,9 +189,13 @@ def rivals(methods: Mapping[str, Mapping[str, Share]]) -> str:
         axes.set_xticks(range(len(marks)), [LABELS[m] for m in marks])
         axes.set_ylim(0, 104)
         axes.set_ylabel("% of trials")
-        axes.legend(frameon=False, labelcolor=svg.MUTED, loc="lower center", ncols=4, bbox_to_anchor=(0.5, 1.0))
+        axes.legend(
+            frameon=False, labelcolor=svg.MUTED, loc="lower center", ncols=4, bbox_to_anchor=(0.5, 1.0)
+        )
         axes.grid(axis="x", visible=False)
-        return svg.inline(figure, "shares of right answers of modelgen and of three simpler methods", "rivals")
+        return svg.inline(
+            figure, "shares of right answers of modelgen and of three simpler methods", "rivals"
+        )
 
 
 LABELS: dict[str, Any] = {
@@ -205,4 +224,6 @@ def left_out(tables: Sequence[Mapping[str, Any]]) -> str:
         axes.set_yticks(range(len(tables)), [t["name"] for t in tables])
         axes.set_ylim(len(tables) - 0.5, -0.5)
         axes.set_xlabel("error of the frequency that was left out, %")
-        return svg.inline(figure, "errors of predicted stiffness at frequencies that were left out", "leftout")
+        return svg.inline(
+            figure, "errors of predicted stiffness at frequencies that were left out", "leftout"
+        )

@@ -42,7 +42,9 @@ def plan(
     for option, names, all_of in (("--noise", noises, NOISES), ("--domain", domains, DOMAINS)):
         for name in names:
             if name not in all_of:
-                raise InputError(f"{option}: no '{name}'{did_you_mean(name, all_of)}; have {', '.join(all_of)}")
+                raise InputError(
+                    f"{option}: no '{name}'{did_you_mean(name, all_of)}; have {', '.join(all_of)}"
+                )
     fitting = {d: [n for n in noises if n in NOISES_OF[d]] for d in domains}
     if not any(fitting.values()):
         raise InputError(f"--noise: {', '.join(domains)} has no noise of kind {', '.join(noises)}")

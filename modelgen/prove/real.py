@@ -20,8 +20,8 @@ LIMIT = 300.0
 
 @dataclass(frozen=True)
 class Known:
-    """A measured device: `literature` is one sentence with its source, `expects` the ids that it names, any of
-    a group."""
+    """A measured device: `literature` is one sentence with its source, `expects` the ids that it names, any
+    of a group."""
 
     title: str
     literature: str
@@ -35,26 +35,26 @@ LAG = frozenset({"sensor_delay", "force_sensor_lag"})
 KNOWN = {
     "mre_elastomer": Known(
         "MRE elastomer, Tab. 2 and 3 of the paper",
-        "The stiffness rises by 45 % from 1 to 9 Hz along a power law: the matrix relaxes, which a spring and a "
-        "dashpot can't follow (springpot fits of such elastomers: Li et al. 2010).",
+        "The stiffness rises by 45 % from 1 to 9 Hz along a power law: the matrix relaxes, which a spring "
+        "and a dashpot can't follow (springpot fits of such elastomers: Li et al. 2010).",
         (VISCOELASTIC,),
     ),
     "loudspeaker_l16rnx": Known(
         "Woofer SEAS L16RNX, impedance in free air",
-        "Eddy currents in the pole piece let the inductance fall with frequency like (jω)ⁿ (Vanderkooy 1989), and "
-        "the suspension creeps (Knudsen and Jensen 1993).",
+        "Eddy currents in the pole piece let the inductance fall with frequency like (jω)ⁿ (Vanderkooy "
+        "1989), and the suspension creeps (Knudsen and Jensen 1993).",
         (EDDY, VISCOELASTIC),
     ),
     "friction_damper_36lb": Known(
         "Banded rotary friction damper",
-        "Its authors built and modelled it as friction with backlash: the force lags through a clearance at each "
-        "reversal (Downey et al.).",
+        "Its authors built and modelled it as friction with backlash: the force lags through a clearance at "
+        "each reversal (Downey et al.).",
         (frozenset({"backlash"}),),
     ),
     "mr_damper_0V": Known(
         "MR damper without current, on a shaking table",
-        "Hysteresis beyond a single Dahl element (Spencer et al. 1997: a softer roll-off at low speed); a delay of "
-        "the recording looks much the same at these speeds.",
+        "Hysteresis beyond a single Dahl element (Spencer et al. 1997: a softer roll-off at low speed); a "
+        "delay of the recording looks much the same at these speeds.",
         (HYSTERESIS | LAG | VISCOELASTIC | {"contact_compliance", "quadratic_damping"},),
     ),
     "silverbox": Known(
@@ -65,8 +65,8 @@ KNOWN = {
     ),
     "vhb4910_relaxation": Known(
         "VHB 4910 acrylic, stretched and held",
-        "The stress relaxes over decades of time, described by several Maxwell branches (Hossain, Vu and Steinmann "
-        "2012) or a fractional one.",
+        "The stress relaxes over decades of time, described by several Maxwell branches (Hossain, Vu and "
+        "Steinmann 2012) or a fractional one.",
         (VISCOELASTIC,),
     ),
 }

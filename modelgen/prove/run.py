@@ -27,7 +27,8 @@ Show = Callable[[Row], None]
 
 @dataclass(frozen=True)
 class Room:
-    """Where a run keeps its rows (`trials.jsonl`), its digests (`sealed.txt`) and the cases that it missed."""
+    """Where a run keeps its rows (`trials.jsonl`), its digests (`sealed.txt`) and the cases that it
+    missed."""
 
     folder: Path
 
@@ -164,7 +165,7 @@ class Lane:
         (kept / "secret.json").write_text(text + "\n", encoding="utf-8")
 
 
-def missed(row: Row) -> bool:
+def missed(row: Mapping[str, Any]) -> bool:
     """Whether a trial's first answer is wrong."""
     if row["error"] or row.get("alarm") or row.get("misnamed"):
         return True

@@ -1,17 +1,25 @@
-"""How often the verdicts were right: shares with exact (Clopper-Pearson) 95 % intervals, over groups of trials."""
+"""How often the verdicts were right: shares with exact (Clopper-Pearson) 95 % intervals, over groups of
+trials."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 Row = Mapping[str, Any]
 Mark = Callable[[Row], "bool | None"]
-RATIOS = ((1.0, 1.2, "in the noise"), (1.2, 2.1, "1.5"), (2.1, 4.2, "3"), (4.2, 11.0, "6"), (11.0, np.inf, "20"))
+RATIOS = (
+    (1.0, 1.2, "in the noise"),
+    (1.2, 2.1, "1.5"),
+    (2.1, 4.2, "3"),
+    (4.2, 11.0, "6"),
+    (11.0, np.inf, "20"),
+)
 BINS = (0.0, 0.5, 0.7, 0.85, 0.95, 1.0001)
 POWER_FROM = 40.0
 HOLDOUT = 1.05
@@ -106,8 +114,8 @@ GOALS = (
     Goal("family", "family right at first try", lambda r: r.get("family"), low=0.95),
     Goal("in set", "right one within the stated equivalents", lambda r: r.get("in_set"), low=0.98),
     Goal("both", "both families of a pair named", lambda r: r.get("both"), low=0.88),
-    Goal("unknown", "physics that no catalogue holds is called unknown", lambda r: r.get("unknown"), low=0.90),
-    Goal("misnamed", "… is given a wrong name", lambda r: r.get("misnamed"), high=0.03),
+    Goal("unknown", "physics that no catalogue holds is called unknown", lambda r: r.get("unknown"),
+    low=0.90), Goal("misnamed", "… is given a wrong name", lambda r: r.get("misnamed"), high=0.03),
     Goal("experiment", "the one proposed experiment resolves what was ambiguous", resolved, low=0.80),
     Goal("nine in ten", "claims of 85 to 95 % are right", _nine_in_ten, low=0.85, high=0.95),
     Goal("hold-out", f"hold-out χ² after, over the true law's, ≤ {HOLDOUT}", holdout, low=0.90),
@@ -131,7 +139,9 @@ def usable(rows: Iterable[Row]) -> list[Row]:
     return [r for r in rows if not r["error"] and "hidden" not in r]
 
 
-def grouped(rows: Sequence[Row], key: Callable[[Row], str], order: Sequence[str] = ()) -> dict[str, list[Row]]:
+def grouped(
+    rows: Sequence[Row], key: Callable[[Row], str], order: Sequence[str] = ()
+) -> dict[str, list[Row]]:
     """Rows by group, in the given order, then by name."""
     names = {key(r) for r in rows}
     ranked = [n for n in order if n in names] + sorted(names - set(order))
@@ -154,7 +164,7 @@ def calibration(rows: Sequence[Row]) -> list[dict[str, Any]]:
     """Stated probabilities of the first name, in bins, against how often it was right."""
     claims = [(r["claimed"], r["named"]) for r in rows if r.get("claimed") is not None]
     found = []
-    for a, b in zip(BINS, BINS[1:], strict=False):
+    for a, b in pairwise(BINS):
         inside = [(p, ok) for p, ok in claims if a <= p < b]
         if inside:
             stated = float(np.mean([p for p, _ in inside]))
@@ -242,7 +252,10 @@ def to_json(rows: Sequence[Row], about: Mapping[str, Any]) -> dict[str, Any]:
         "schema": "modelgen.proof/1",
         **about,
         "trials": len(good),
-        "scores": {b["goal"].key: plain(b["share"]) | {"wanted": b["goal"].wanted, "met": b["met"]} for b in board(good)},
+        "scores": {
+            b["goal"].key: plain(b["share"]) | {"wanted": b["goal"].wanted, "met": b["met"]}
+            for b in board(good)
+        },
         "coverage": plain(coverage(good)),
         "calibration": [{"stated": c["stated"], "right": plain(c["right"])} for c in calibration(good)],
         "seconds": {"median": seconds(good) if good else None},

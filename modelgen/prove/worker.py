@@ -45,6 +45,5 @@ def diagnosed(path: Path) -> str:
     return ""
 
 
-
 if __name__ == "__main__":
     sys.exit(main())

@@ -78,11 +78,15 @@ def inline(figure: Figure, label: str, key: str) -> str:
     body = re.sub(r'<g id="[^"]*"', "<g", body)  # nothing refers to groups
     body = _own_ids(body, key)
     body = re.sub(r"font: ([\d.]+px) [^;\"]*", r"font-size: \1", body)
-    body = re.sub(r"-?\d+\.\d{3,}", lambda m: f"{float(m[0]):.2f}".rstrip("0").rstrip("."), body)
+    body = re.sub(r"<[^>]*>", lambda tag: re.sub(r"-?\d+\.\d{3,}", _shorter, tag[0]), body)  # texts stay
     body = re.sub(r"#0102[0-9a-f]{2}\b", _variable, body)
     body = re.sub(r"\s*\n\s*", "\n", body)
     head = f'<svg viewBox="{box[1] if box else ""}" role="img" aria-label="{escape(label)}">'
     return head + body
+
+
+def _shorter(found: re.Match[str]) -> str:
+    return f"{float(found[0]):.2f}".rstrip("0").rstrip(".")
 
 
 def _variable(found: re.Match[str]) -> str:

@@ -1,4 +1,5 @@
-"""The recording that a diagnosis proposes, made with the concealed device: it reads the sentence, as one would.
+"""The recording that a diagnosis proposes, made with the concealed device: it reads the sentence, as one
+would.
 
 Understood are sweeps over another band, with another mass, blocked, at another amplitude, or averaged, and
 motions that are faster, slower, larger, smaller, about another mean, repeated, or a step that is held.
@@ -22,10 +23,13 @@ NUMBER = r"([-+0-9.eE]+)"
 
 
 def further(secret: Secret, sentence: str) -> Secret | None:
-    """The secret with one more recording to fit, or None where the sentence proposes none that is understood."""
+    """The secret with one more recording to fit, or None where the sentence proposes none that is
+    understood."""
     key = "records" if secret.domain == "force" else "sweeps"
     entries = [e for e in secret.setup[key] if e["role"] == "fit"]
-    longest = max(entries, key=lambda e: e["n"] if key == "sweeps" else len(_motion(e).recorded(_motion(e).t)))
+    longest = max(
+        entries, key=lambda e: e["n"] if key == "sweeps" else len(_motion(e).recorded(_motion(e).t))
+    )
     proposed = sentence.split(" would separate ")[0]
     made = (_motions if key == "records" else _sweeps)(secret, longest, proposed)
     if made is None or " would separate " not in sentence:
@@ -91,7 +95,13 @@ def _motions(secret: Secret, record: Entry, says: str) -> Entry | None:
 
 def _step(record: Entry, middle: float, half: float) -> Entry:
     length = record["seconds"]
-    motion = {"type": "hold", "amplitude": half, "mean": middle, "start": 0.05 * length, "rise": 0.03 * length}
+    motion = {
+        "type": "hold",
+        "amplitude": half,
+        "mean": middle,
+        "start": 0.05 * length,
+        "rise": 0.03 * length,
+    }
     return {**record, "motion": motion, "pre": 0.0}
 
 

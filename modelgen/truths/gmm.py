@@ -16,8 +16,8 @@ from scipy.special import jv
 
 from . import elements as el
 from .elements import Array, Complex
-from .impedance import Scale, cable_trap, capacitor, frequencies, mains_hum, suspension, viscoelastic
 from .further import entries
+from .impedance import Scale, cable_trap, capacitor, frequencies, mains_hum, suspension, viscoelastic
 from .noise import sweep_whitener
 from .solve import Refit, Responses, Strength, refit_sweep
 
