@@ -12,6 +12,7 @@ from modelgen.cli.console import check_output, console, progress_bar, table
 from modelgen.cli.methods import read_method
 from modelgen.errors import InputError
 from modelgen.fit.fitting import fit
+from modelgen.fit.recipe import Recipe
 from modelgen.fit.result import FitResult
 from modelgen.report.fits import plot_format
 
@@ -34,6 +35,8 @@ def fit_case(
     if plot is not None:
         plot_format(plot)
     chosen, begin = read_method(method), read_start(start)
+    if plot is not None and isinstance(chosen, Recipe):
+        raise InputError(f"--plot {plot}: a fit in stages ({method}) has no plot")
     model, case = open_case(path)
     with progress_bar(f"fitting {model.id}") as show:
         result = fit(

@@ -33,10 +33,13 @@ def plot_format(path: Path) -> str:
 def write_plot(result: FitResult, path: str | Path) -> None:
     """Draw a fit into a file, its format by its name: .svg, .png or .pdf. Whole or not at all.
 
-    Raises InputError for another format or a missing folder, ToolError when the system refuses.
+    Raises InputError for another format, a missing folder or a fit in stages, ToolError when the system
+    refuses.
     """
     path = Path(path)
     kind, out = plot_format(path), BytesIO()
+    if not result.traces:
+        raise InputError(f"a fit in stages has no plot: {path} is not written")
     with svg.style(svg.PAPER):
         metadata: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind, {})
         draw(result).savefig(out, format=kind, dpi=DPI, metadata=metadata)
