@@ -49,6 +49,7 @@ def test_a_searchs_cloud_stays_inside_the_basin() -> None:
     problem, seen = recorded(linear(), 3)
     PSO(40, 60).run(problem)
     points = cloud(problem, seen)
+    assert len(points.rms) == 61 * 40
     low, high = basin(linear(), "a", [0.0, 0.0], 3 * 4.0)
     assert 0.6 * (high - low) < points.width("a", 2.0) < high - low
 

@@ -34,7 +34,10 @@ class Cloud:
 
 
 def recorded(problem: Problem, samples: int) -> tuple[Problem, list[tuple[Matrix, Vector]]]:
-    """The same problem, and a list that fills with all points that are evaluated and their rms."""
+    """The same problem, and a list that fills with all points that are evaluated and their rms.
+
+    It is no longer searched in C, where nobody sees the points.
+    """
     seen: list[tuple[Matrix, Vector]] = []
 
     def batch(thetas: Matrix) -> Vector:
@@ -42,7 +45,7 @@ def recorded(problem: Problem, samples: int) -> tuple[Problem, list[tuple[Matrix
         seen.append((thetas.copy(), np.sqrt(values / samples)))
         return values
 
-    return replace(problem, objective_batch=batch), seen
+    return replace(problem, objective_batch=batch, compiled=None), seen
 
 
 def cloud(problem: Problem, seen: Sequence[tuple[Matrix, Vector]]) -> Cloud:

@@ -68,10 +68,9 @@ def _parts(signature: Signature) -> dict[str, Part]:
     for channel in (*signature.inputs, *signature.outputs):
         if not channel.complex:
             parts |= {name: Part(channel.name, "value", channel.unit) for name in channel.names}
-    several = sum(c.complex for c in signature.outputs) > 1
-    for channel in signature.outputs:
-        if channel.complex:
-            parts |= dict(_complex_parts(channel, bare_phase=not several))
+    complex_ones = [c for c in signature.outputs if c.complex]
+    for channel in complex_ones:  # a bare "phase" is that of what is measured, the first
+        parts |= dict(_complex_parts(channel, bare_phase=channel is complex_ones[0]))
     return parts
 
 

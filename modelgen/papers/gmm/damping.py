@@ -109,7 +109,14 @@ def hammer_test() -> Found:
         misses += [(m.xi - 0.00294) / m.xi_std for m in found]
         m = found[0]
         rows.append(
-            (f"{100 * noise:.2g} % of the peak", m.f, m.f_std, 100 * m.xi, 100 * m.xi_std, *m.damping(M_D))
+            (
+                f"{100 * noise:.2g} % of the peak",
+                f"{m.f:.3f}",
+                m.f_std,
+                100 * m.xi,
+                100 * m.xi_std,
+                *m.damping(M_D),
+            )
         )
     scatter = math.sqrt(sum(z * z for z in misses) / len(misses))
     return Found(

@@ -113,15 +113,16 @@ FIGURES = (
     Figure(
         "Fig. 11", "basins of Method 1's objective",
         "points tried by ten of the paper's swarms on a synthetic recording, the damping left out; "
-        "triangle: optimum, "
-        "line: 1.5 Ω, where the paper takes ΔF. S'' has two, one the mirror image of the other",
+        "triangle: optimum, line: 1.5 Ω, where the paper takes ΔF. S'' is found at +9.6e-13 m²/N, the "
+        "mirror image of a passive rod's; μ'' and d'' are hardly told by |Z|",
         _basins, (9.0, 5.4),
     ),
     Figure(
         "Fig. 12", "basins of the phase objective",
-        "Method 2 (grey) and Method 3 (blue), as above. The basins are of much the same width: a known "
-        "damping moves the "
-        "optimum of S'', it does not sharpen it", _loss_basins, (9.0, 3.0),
+        "Method 2 (grey) and Method 3 (blue), as above. Over its own optimum Method 2's S'' looks "
+        "sharper, since that optimum is four times as large: a known damping moves the optimum, it "
+        "sharpens no basin",
+        _loss_basins, (9.0, 3.0),
     ),
     Figure(
         "Fig. 13", "impedance by Table 7's constants",
