@@ -13,6 +13,7 @@ from modelgen.cli import main
 from modelgen.errors import InputError
 from modelgen.prove import dictionary, discrepancy, keeper, oracle, scores
 from modelgen.prove import run as running
+from modelgen.prove.diagnoser import Answer, Diagnoser
 from modelgen.prove.leave_out import leave_one_out
 from modelgen.prove.own import read_secret
 from modelgen.prove.plan import KIND_DECK, plan
@@ -92,7 +93,17 @@ class Listening:
         verdict = {"adequate": True, "effects": [], "parameters": {}, "fit": {}}
         (case.parent / "verdict.json").write_text(json.dumps(verdict))
         write_records(case.parent / "residuals.npz", [])
-        return 0.1, ""
+        return Answer("", 0.1, 0.1)
+
+
+def test_a_diagnosing_process_that_hangs_or_dies_is_replaced(tmp_path):
+    with Diagnoser(limit=0.05) as slow:
+        answer = slow.diagnose(tmp_path / "case.toml")  # it can't even start in so short a time
+    assert answer.error == "no verdict within 0.05 s"
+    with Diagnoser(limit=60.0) as diagnoser:
+        diagnoser._process.kill()
+        assert diagnoser.diagnose(tmp_path / "case.toml").error == "the diagnosing process ended"
+        assert "case.toml" in diagnoser.diagnose(tmp_path / "case.toml").error  # a new one says what is wrong
 
 
 def run_listening(folder, monkeypatch, trials=2, after=lambda row: None):
@@ -166,6 +177,7 @@ def row(**marks):
         "family": True,
         "set_size": 1,
         "wall": 1.0,
+        "cpu": 1.0,
         "ratio": 1.5,
         "rivals": {},
     }
@@ -313,6 +325,19 @@ def test_leave_one_out_of_the_papers_table():
     assert len(found) == 4
     assert all(0.09 < t.before < 0.115 and t.after < 0.018 for t in found)
     assert sorted(round(t.exponent, 2) for t in found) == [0.14, 0.15, 0.17, 0.17]
+
+
+@pytest.mark.slow
+def test_the_shipped_secret_is_found(capsys, tmp_path):
+    told = tmp_path / "told.json"
+    assert (
+        main(["prove", "--secret", str(EXAMPLE.parent / "concealed" / "secret.json"), "--json", str(told)])
+        == 0
+    )
+    said = capsys.readouterr().out
+    assert said.index("sealed") < said.index("diagnosed") < said.index("revealed")
+    row = json.loads(told.read_text())
+    assert row["effects"] == ["quadratic_damping"] and row["family"] and row["port"]
 
 
 @pytest.mark.slow

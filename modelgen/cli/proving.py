@@ -92,7 +92,7 @@ def prove(wish: Wish) -> int:
     real = [] if status or wish.real is None else _real(wish.real, wish.limit, to)
     _show(rows, to, room)
     _write(wish, rows, real)
-    return status
+    return status or int(any(r["error"] for r in rows))
 
 
 def prove_secret(path: Path, json: Path | None, limit: float) -> int:
@@ -186,7 +186,8 @@ def _show(rows: Sequence[Row], to: Console, room: Room) -> None:
     failed = [r for r in rows if r["error"]]
     hidden = [r for r in rows if "hidden" in r]
     if good:
-        to.print(f"a diagnosis took {scores.seconds(good):.1f} s (median)")
+        took = f"{scores.seconds(good):.1f} s of one core, {scores.seconds(good, 'wall'):.1f} s passed"
+        to.print(f"a diagnosis took {took} (medians)")
     if failed or hidden:
         to.print(f"{len(failed)} without a verdict, {len(hidden)} not drawn, as the base absorbs them")
     to.print(f"trials are in {room.folder}/{TRIALS}, missed cases in {room.folder}/{CASES}")

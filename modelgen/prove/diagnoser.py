@@ -8,10 +8,20 @@ import selectors
 import subprocess
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What went wrong, or "" and a verdict is in the folder; seconds that passed, and of processor time."""
+
+    error: str
+    seconds: float
+    cpu: float = 0.0
 
 
 class Diagnoser:
@@ -31,29 +41,34 @@ class Diagnoser:
     ) -> None:
         self._stop()
 
-    def diagnose(self, case: Path) -> tuple[float, str]:
-        """Seconds that it took, and what went wrong or "". The verdict is in the case's folder then."""
+    def diagnose(self, case: Path) -> Answer:
+        """Have a case diagnosed."""
         process = self._process or self._start()
         assert process.stdin is not None and process.stdout is not None
         begun = time.perf_counter()
         try:
             process.stdin.write(f"{case}\n")
             process.stdin.flush()
-            error = self._answer(process)
-        except BrokenPipeError:
-            error = "the diagnosing process ended"
-        if error.startswith("the diagnosing process"):
-            self._stop()
-        return time.perf_counter() - begun, error
+            line = self._line(process)
+        except (BrokenPipeError, TimeoutError):
+            line = ""
+        seconds = time.perf_counter() - begun
+        if line:
+            return Answer(**json.loads(line), seconds=seconds)
+        self._stop()
+        late = seconds >= self.limit
+        return Answer(
+            f"no verdict within {self.limit:g} s" if late else "the diagnosing process ended", seconds
+        )
 
-    def _answer(self, process: subprocess.Popen[str]) -> str:
+    def _line(self, process: subprocess.Popen[str]) -> str:
+        """The line that it answers. Raises TimeoutError."""
         assert process.stdout is not None
         with selectors.DefaultSelector() as ready:
             ready.register(process.stdout, selectors.EVENT_READ)
             if not ready.select(self.limit):
-                return f"the diagnosing process gave no verdict within {self.limit:g} s"
-        line = process.stdout.readline()
-        return str(json.loads(line)["error"]) if line else "the diagnosing process ended"
+                raise TimeoutError
+        return process.stdout.readline()
 
     def _start(self) -> subprocess.Popen[str]:
         self._process = subprocess.Popen(

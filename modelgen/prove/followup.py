@@ -30,8 +30,8 @@ def follow_up(row: Row, folder: Path, pool: Executor, diagnoser: Diagnoser) -> R
     again = folder.with_name("again")
     if not pool.submit(record, row["secret"], sentence, again).result():
         return {"followed": {"sentence": sentence, "made": False, "resolved": False}}
-    _, error = diagnoser.diagnose(again / "case.toml")
-    verdict = {} if error else json.loads((again / VERDICT).read_text(encoding="utf-8"))
+    answer = diagnoser.diagnose(again / "case.toml")
+    verdict = {} if answer.error else json.loads((again / VERDICT).read_text(encoding="utf-8"))
     return {"followed": {"sentence": sentence, "made": True} | told_apart(row["secret"], verdict)}
 
 

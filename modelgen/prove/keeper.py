@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from modelgen.prove.baselines import rivals
+from modelgen.prove.diagnoser import Answer
 from modelgen.prove.plan import Task
 from modelgen.prove.worker import VERDICT
 from modelgen.truths import Secret, draw, score, seal, unseal, write_case
@@ -29,27 +30,28 @@ def conceal(task: Task, folder: Path) -> tuple[str, str]:
 
 
 def reveal(
-    index: int,
-    text: str,
-    digest: str,
-    folder: Path,
-    seconds: float,
-    error: str,
-    own: Secret | None = None,
+    index: int, text: str, digest: str, folder: Path, answer: Answer, own: Secret | None = None
 ) -> Row:
     """The row of a trial: the secret, checked against its digest, and what the verdict in the folder got
     right.
 
-    own: the secret, where the text is somebody's own file.
+    own: the secret, where the text is somebody's own file; simpler methods are then not tried.
     """
     secret = own or unseal(text, digest)
-    row = {"index": index, "sha256": digest, "secret": text, "error": error, "wall": seconds}
+    row = {
+        "index": index,
+        "sha256": digest,
+        "secret": text,
+        "error": answer.error,
+        "wall": answer.seconds,
+        "cpu": answer.cpu,
+    }
     row |= told(secret)
-    if error:
+    if answer.error:
         return row
     verdict = json.loads((folder / VERDICT).read_text(encoding="utf-8"))
     row |= score(secret, verdict)
-    return row | {"verdict": summary(verdict), "rivals": rivals(secret, verdict, folder)}
+    return row | {"verdict": summary(verdict), "rivals": {} if own else rivals(secret, verdict, folder)}
 
 
 def told(secret: Secret) -> Row:

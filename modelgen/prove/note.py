@@ -21,7 +21,7 @@ def note(
         f"Written by `{facts['command']} --markdown PROOF.md`. {len(good)} trials, seed {facts['seed']}, "
         + ", ".join(f"{n} {v}" for n, v in facts["versions"].items())
         + f", code {facts['code']}, {facts['machine']}. "
-        f"A diagnosis took {scores.seconds(good):.1f} s (median).",
+        f"A diagnosis took {scores.seconds(good):.1f} s of one core (median).",
         "Each secret was drawn, sealed (its SHA-256 printed), and revealed after a process that was told "
         "nothing but the case's folder had given its verdict. Recordings are made by `modelgen.truths`, "
         "which shares no code with the models, effects and kernels. Intervals are exact 95 % ones.",

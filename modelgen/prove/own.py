@@ -81,8 +81,8 @@ def prove_own(path: Path, scratch: Path, limit: float, announce: Any) -> Row:
     digest = hashlib.sha256(text.encode()).hexdigest()
     announce(digest)
     with Diagnoser(limit) as diagnoser:
-        seconds, error = diagnoser.diagnose(folder / "case.toml")
-    return reveal(0, text, digest, folder, seconds, error, secret) | {"followed": None}
+        answer = diagnoser.diagnose(folder / "case.toml")
+    return reveal(0, text, digest, folder, answer, secret) | {"followed": None}
 
 
 def _copy(case: Path, folder: Path) -> None:

@@ -54,6 +54,7 @@ def page(
             cover=scores.coverage(good),
             off=scores.expected_error(scores.calibration(good)),
             seconds=scores.seconds(good),
+            wall=scores.seconds(good, "wall"),
             tables=tables(good),
             columns=[title for title, _ in scores.COLUMNS],
             figures=_figures(good, left),

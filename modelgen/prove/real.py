@@ -86,15 +86,15 @@ def diagnose_real(folder: Path, diagnoser: Diagnoser) -> Row:
     with tempfile.TemporaryDirectory(prefix="case-") as scratch:
         copy = Path(scratch) / folder.name  # nothing is written beside somebody's data
         shutil.copytree(folder, copy)
-        seconds, error = diagnoser.diagnose(copy / "case.toml")
-        verdict = {} if error else json.loads((copy / VERDICT).read_text(encoding="utf-8"))
+        answer = diagnoser.diagnose(copy / "case.toml")
+        verdict = {} if answer.error else json.loads((copy / VERDICT).read_text(encoding="utf-8"))
     ids = [e["id"] for e in verdict.get("effects", [])]
     return {
         "name": folder.name,
         "title": known.title,
         "literature": known.literature,
-        "error": error,
-        "seconds": seconds,
+        "error": answer.error,
+        "seconds": answer.seconds,
         "effects": verdict.get("effects", []),
         "summary": verdict.get("summary", ""),
         "fit": verdict.get("fit"),

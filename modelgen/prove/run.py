@@ -150,8 +150,8 @@ class Lane:
             go = threading.Event()
             self.finished.put(("sealed", {"index": task.index, "sha256": digest, "go": go}))
             go.wait()  # the digest is out before the diagnosis begins
-            seconds, error = self.diagnoser.diagnose(folder / "case.toml")
-            row = self.pool.submit(reveal, task.index, text, digest, folder, seconds, error).result()
+            answer = self.diagnoser.diagnose(folder / "case.toml")
+            row = self.pool.submit(reveal, task.index, text, digest, folder, answer).result()
             row = row | follow_up(row, folder, self.pool, self.diagnoser)
             if missed(row):
                 self._keep(row, text, folder)

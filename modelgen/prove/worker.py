@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import sys
+import time
 from pathlib import Path
 
 from modelgen.errors import InputError, ToolError
@@ -21,10 +22,13 @@ RESIDUALS = "residuals.npz"
 
 
 def main() -> int:
-    """Answer each line with one line of JSON: {"error": ""}."""
+    """Answer each line with one line of JSON: what went wrong or "", and the seconds of processor time."""
     answer, sys.stdout = sys.stdout, sys.stderr  # what the diagnosis prints is no answer
     for line in sys.stdin:
-        print(json.dumps({"error": diagnosed(Path(line.rstrip("\n")))}), file=answer, flush=True)
+        begun = time.process_time()
+        error = diagnosed(Path(line.rstrip("\n")))
+        told = {"error": error, "cpu": time.process_time() - begun}
+        print(json.dumps(told), file=answer, flush=True)
     return 0
 
 
