@@ -161,9 +161,10 @@ def test_interrupted_and_gone_on(tmp_path, monkeypatch):
     assert len(ears.told) == 1
     assert [r["index"] for r in rows] == [0, 1]
     room = running.Room(tmp_path)
-    room.open({"seed": 1})
+    room.open({"seed": 1, "noise": NOISES})
+    room.open({"seed": 1, "noise": NOISES})
     with pytest.raises(InputError, match="another seed"):
-        room.open({"seed": 2})
+        room.open({"seed": 2, "noise": NOISES})
 
 
 def row(**marks):

@@ -50,13 +50,13 @@ class Room:
         Raises InputError if it wasn't.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
-        path = self.folder / "settings.json"
-        if path.exists() and json.loads(path.read_text(encoding="utf-8")) != dict(settings):
+        path, text = self.folder / "settings.json", json.dumps(settings)
+        if path.exists() and json.loads(path.read_text(encoding="utf-8")) != json.loads(text):
             raise InputError(
                 f"{self.folder}: holds trials of another seed, noise or version; "
                 "give another --keep, or remove it"
             )
-        path.write_text(json.dumps(settings), encoding="utf-8")
+        path.write_text(text, encoding="utf-8")
 
     def add(self, name: str, line: str) -> None:
         with open(self.folder / name, "a", encoding="utf-8") as file:
