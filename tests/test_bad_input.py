@@ -133,7 +133,8 @@ def test_a_case_that_leaves_nothing_free(folder: Path, refused: Run) -> None:
 
 OPTIONS = {
     ("fit", "nothing.toml"): "nothing.toml: no such file",
-    ("fit", "."): "not a regular file",
+    ("fit", ".", "--plot", "fit.svg"): "--plot is for one case, and '.' is a folder",
+    ("diagnose", ".", "--report", "a.html"): "--report a.html is of one case",
     ("fit",): "CASE.toml",
     ("fit", "case.toml", "--start", "Bl=1e9"): "'Bl': start 1e\\+09 is outside its bounds",
     ("fit", "case.toml", "--start", "B=1"): "'B' is not a free parameter, did you mean 'Bl'",

@@ -11,6 +11,7 @@ from modelgen.errors import ModelgenError
 
 FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS)
 """What the system says when there is no more room, which may strike wherever a file is written."""
+INTERRUPTED = 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -22,6 +23,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         status = get_command(app).main(args=_words(arguments), prog_name="modelgen", standalone_mode=False)
         sys.stdout.flush()
+        if status == INTERRUPTED:  # as Typer says it
+            return _say("interrupted", INTERRUPTED)
         return status if isinstance(status, int) else 0
     except ModelgenError as why:
         return _say(str(why), 2)
@@ -35,12 +38,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as why:
         # Typer's own exceptions: their classes stand in other modules from one version to the next
         if type(why).__name__ == "Abort":
-            return _say("interrupted", 130)
+            return _say("interrupted", INTERRUPTED)
         if not hasattr(why, "format_message"):
             raise
         return _say(f"{why.format_message()} ('modelgen --help' shows what there is)", 2)
     except KeyboardInterrupt:
-        return _say("interrupted", 130)
+        return _say("interrupted", INTERRUPTED)
 
 
 def _words(arguments: Sequence[str] | None) -> list[str]:

@@ -17,6 +17,7 @@ app = typer.Typer(
 
 CasePath = Annotated[Path, typer.Argument(metavar="CASE.toml", help="the case: model, recordings, constants")]
 Json = Annotated[Path | None, typer.Option("--json", help="write the result as JSON")]
+Dask = Annotated[str, typer.Option(metavar="ADDRESS", help="run on the Dask cluster whose scheduler this is")]
 Seed = Annotated[int, typer.Option(help="of all random numbers")]
 MODEL = "a model that ships, or path/to/file.py:NAME"
 
@@ -60,11 +61,21 @@ def fit(
     constrained: Annotated[
         bool, typer.Option("--constrained", help="keep the model's conditions, such as passivity")
     ] = False,
+    dask: Dask = "",
 ) -> None:
-    """Fit the model's free parameters to the recordings. Ctrl-C keeps the best so far."""
+    """Fit the model's free parameters to the recordings. Ctrl-C keeps the best so far.
+
+    CASE may be a folder: each case in it is fitted, and the JSON holds them all.
+    """
+    if case.is_dir():
+        from modelgen.cli.folders import fit_folder
+
+        return fit_folder(
+            case, json, method, seed, dask, {"--plot": plot, "--start": start, "--constrained": constrained}
+        )
     from modelgen.cli.fitting import fit_case
 
-    fit_case(case, json, plot, method, start or [], seed, constrained)
+    fit_case(case, json, plot, method, start or [], seed, constrained, dask)
 
 
 @app.command()
@@ -75,8 +86,16 @@ def diagnose(
     effects: Annotated[str, typer.Option(help="Python file with effects of your own")] = "",
     out: Annotated[Path, typer.Option(help="folder for the extended model and its C")] = Path("diagnosis"),
     seed: Seed = 0,
+    dask: Dask = "",
 ) -> None:
-    """Find the physics that the model leaves out."""
+    """Find the physics that the model leaves out.
+
+    CASE may be a folder: each case in it is diagnosed, and the JSON holds them all.
+    """
+    if case.is_dir() or dask:
+        from modelgen.cli.folders import diagnose_folder
+
+        return diagnose_folder(case, json, report, effects, out, seed, dask)
     from modelgen.cli.diagnosing import diagnose_case
 
     diagnose_case(case, json, report, effects, out, seed)

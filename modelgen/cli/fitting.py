@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,9 @@ from modelgen.api import open_case
 from modelgen.cli.console import check_output, console, progress_bar, table
 from modelgen.cli.methods import read_method
 from modelgen.errors import InputError
+from modelgen.fit.farm import dask_executor
 from modelgen.fit.fitting import fit
+from modelgen.fit.multistart import MultiStart
 from modelgen.fit.recipe import Recipe
 from modelgen.fit.result import FitResult
 from modelgen.report.fits import plot_format
@@ -28,8 +31,9 @@ def fit_case(
     start: Sequence[str],
     seed: int,
     constrained: bool = False,
+    dask: str = "",
 ) -> None:
-    """Fit, print, and write the JSON and the plot."""
+    """Fit, print, and write the JSON and the plot. dask: the scheduler of a cluster where starts run."""
     check_output(json)
     check_output(plot)
     if plot is not None:
@@ -37,11 +41,16 @@ def fit_case(
     chosen, begin = read_method(method), read_start(start)
     if plot is not None and isinstance(chosen, Recipe):
         raise InputError(f"--plot {plot}: a fit in stages ({method}) has no plot")
+    if dask and not (chosen is None or isinstance(chosen, MultiStart)):
+        raise InputError(f"--dask {dask}: it runs the starts of a multi-start, and '{method}' is none")
     model, case = open_case(path)
-    with progress_bar(f"fitting {model.id}") as show:
-        result = fit(
-            model, case, chosen, seed, lambda done, best: show(done, f"r·r {best:.6g}"), begin, constrained
-        )
+    elsewhere = dask_executor(dask) if dask else nullcontext()
+    with elsewhere as executor, progress_bar(f"fitting {model.id}") as show:
+
+        def tell(done: float, best: float) -> None:
+            show(done, f"r·r {best:.6g}")
+
+        result = fit(model, case, chosen, seed, tell, begin, constrained, executor)
     if json is not None:
         result.write_json(json)
     if plot is not None:

@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from modelgen.fit.farm import fit_cases, profiles
     from modelgen.fit.gauss_newton import GaussNewton
     from modelgen.fit.ipopt import IPOPT
     from modelgen.fit.likelihood import Profile, profile
@@ -33,6 +34,8 @@ _HOME = {
     "Problem": "problem",
     "Profile": "likelihood",
     "profile": "likelihood",
+    "profiles": "farm",
+    "fit_cases": "farm",
     "PSO": "pso",
     "Recipe": "recipe",
     "Stage": "recipe",
@@ -65,7 +68,9 @@ __all__ = [
     "Uncertainty",
     "assess",
     "estimates",
+    "fit_cases",
     "profile",
+    "profiles",
     "run_recipe",
 ]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from modelgen.errors import InputError, did_you_mean
 from modelgen.fit.conditions import broken, held_values
 from modelgen.fit.experiment import Experiment, experiment
+from modelgen.fit.farm import Farm
 from modelgen.fit.gauss_newton import GaussNewton
 from modelgen.fit.method import Method, Outcome, Progress, Reason, part
 from modelgen.fit.motion import with_motion
@@ -38,6 +40,7 @@ def fit(
     progress: Progress | None = None,
     start: Mapping[str, float] | None = None,
     constrained: bool = False,
+    executor: Executor | None = None,
 ) -> FitResult:
     """Fit the free parameters of `model` to the recordings of role "fit".
 
@@ -47,8 +50,12 @@ def fit(
     stated, its level is taken from how neighbouring samples scatter, and standard deviations follow from the
     residual. Hold-out recordings are predicted with all shared parameters fixed; only those with a value in
     each recording (offset, initial state) are refitted on them. Ctrl-C keeps the best point so far.
-    Raises InputError when nothing is free, the data are fewer than the parameters, or a start makes no sense.
+    executor: where the starts of a multi-start run (`fit.farm`), if not here.
+    Raises InputError when nothing is free, the data are fewer than the parameters, a start makes no sense, or
+    an executor has no starts to run.
     """
+    if executor is not None and not (method is None or isinstance(method, MultiStart)):
+        raise InputError("an executor runs the starts of a multi-start, and this method is of one start")
     if isinstance(method, Recipe):
         if start:
             raise InputError(f"{method.name} begins by itself: no start can be given")
@@ -57,8 +64,11 @@ def fit(
     series = [make_series(model, case, r) for r in case.fit]
     ex = experiment(model, case, series)
     problem = _started(ex.problem(constrained=constrained), start)
+    farm = Farm.of(executor, model, case, constrained) if executor is not None else None
+    if isinstance(method, MultiStart):
+        method = replace(method, farm=farm)
     if method is None:
-        outcome, says = _thorough(problem, case, seed, progress), "Gauss–Newton from several starts"
+        outcome, says = _thorough(problem, case, seed, progress, farm), "Gauss–Newton from several starts"
     else:
         outcome, says = _searched(method, problem, case, seed, progress), method.text
     if not np.isfinite(outcome.value):
@@ -151,12 +161,14 @@ def _started(problem: Problem, start: Mapping[str, float] | None) -> Problem:
     return replace(problem, start=begin)
 
 
-def _thorough(problem: Problem, case: Case, seed: int, progress: Progress | None) -> Outcome:
+def _thorough(
+    problem: Problem, case: Case, seed: int, progress: Progress | None, farm: Farm | None
+) -> Outcome:
     """Gauss–Newton from the start, from others near it, and from others in the whole box about the best end.
 
     That end tells the scale of what has no bounds, and the whole box holds basins that are far away.
     """
-    many = MultiStart(starts=STARTS)
+    many = MultiStart(starts=STARTS, farm=farm)
     first = _searched(many, _scaled(problem, problem.start), case, seed, part(progress, 0, 2))
     if first.reason is Reason.INTERRUPTED:
         return first

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from modelgen.codegen import Function
 from modelgen.errors import InputError
+from modelgen.fit.farm import draw_many
 
 Array = np.ndarray[Any, np.dtype[Any]]
 CHUNK = 20000
@@ -33,15 +34,17 @@ class Spread:
     lost: int
 
 
-def propagate(function: Function, draws: Mapping[str, Array]) -> Array:
+def propagate(function: Function, draws: Mapping[str, Array], executor: Executor | None = None) -> Array:
     """The first output of the model (m,) at m draws of some parameters; the others take their defaults.
 
-    The compiled model runs on all cores: its calls hold no lock.
+    The compiled model runs on all cores: its calls hold no lock. executor: where it runs instead.
     """
     sizes = {len(x) for x in draws.values()}
     if len(sizes) != 1:
         raise InputError(f"draws of different sizes {sorted(sizes)}, one size is wanted")
     (m,) = sizes
+    if executor is not None:
+        return np.asarray(draw_many(function, draws, executor))
     parts = [slice(k, k + CHUNK) for k in range(0, m, CHUNK)]
 
     def run(part: slice) -> Array:

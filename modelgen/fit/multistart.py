@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from modelgen.fit.method import OUTSIDE, Method, Outcome, Reason, Seed, Watch, a
 from modelgen.fit.pool import slices
 from modelgen.fit.problem import Matrix, Problem, Vector
 from modelgen.fit.pso import uniform
+
+if TYPE_CHECKING:
+    from modelgen.fit.farm import Farm
 
 SAME = 1e-6  # relative difference of r·r within which two starts have reached the same optimum
 AT_ONCE = 256  # starts between two reports of progress
@@ -23,12 +27,13 @@ class MultiStart(Method):
 
     The hypercube fills the box of the bounds, by the logarithm where they are positive and more than two
     decades apart; an infinite bound counts as 10 |start| from the start. The outcome says how many `starts`
-    `reached` the best value, and where each ended (population).
+    `reached` the best value, and where each ended (population). farm: where the starts run, if not here.
     """
 
     inner: Method = field(default_factory=GaussNewton)
     starts: int = 20
     seed: int = 0
+    farm: Farm | None = None
 
     def __post_init__(self) -> None:
         at_least(1, starts=self.starts)
@@ -56,6 +61,11 @@ class MultiStart(Method):
     ) -> list[Outcome]:
         """The outcome from each start: in C all at once, where that can be, else one after the other."""
         ends: list[Outcome] = []
+        if self.farm is not None:
+            ends = self.farm.ends(problem, self.inner, begins, rng)
+            for end in ends:
+                watch.absorb(end)
+            return ends
         if isinstance(self.inner, GaussNewton) and problem.compiled is not None and not problem.constraints:
             for some in slices(len(begins), -(-len(begins) // AT_ONCE)):
                 found = self.inner.descents(problem, begins[some])
