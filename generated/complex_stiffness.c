@@ -346,10 +346,10 @@ void complex_stiffness_normal_real(const size_t n, const size_t stride, const do
     const double t155 = A_z * (1.0 - r_m * r_m);
     const double t169 = h_D * t155 / A_z;
     const double t182 = h_D * (t42 * t155 - t30 * (A_z * t42));
-    for (size_t b = 0; b < stride; b += 2 * MG_LANES) {
+    for (size_t base = 0; base < stride; base += 2 * MG_LANES) {
         double row[10][2 * MG_LANES];
         for (size_t l = 0; l < 2 * MG_LANES; ++l) {
-            const size_t i = b + l;
+            const size_t i = base + l;
             const double omega = work[0 * stride + i];
             const double K_im = c_D * omega;
             const double t10 = mg_atan2(K_im, k_D);

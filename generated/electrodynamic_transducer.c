@@ -192,11 +192,11 @@ void electrodynamic_transducer_normal_complex(const size_t n, const size_t strid
     const double t8 = Bl * Bl;
     const double t15 = R_m * R_m;
     const double t29 = Bl * 2.0;
-    for (size_t b = 0; b < stride; b += 2 * MG_LANES) {
+    for (size_t base = 0; base < stride; base += 2 * MG_LANES) {
         double row[12][2 * MG_LANES];
         MG_ALONE
         for (size_t l = 0; l < 2 * MG_LANES; ++l) {
-            const size_t i = b + l;
+            const size_t i = base + l;
             const double omega = work[0 * stride + i];
             const double s12 = work[1 * stride + i];
             const double Z_m_im = M_m * omega - K_m * s12;
@@ -409,11 +409,11 @@ void electrodynamic_transducer_normal_modulus(const size_t n, const size_t strid
     const double t8 = Bl * Bl;
     const double t15 = R_m * R_m;
     const double t29 = Bl * 2.0;
-    for (size_t b = 0; b < stride; b += 2 * MG_LANES) {
+    for (size_t base = 0; base < stride; base += 2 * MG_LANES) {
         double row[7][2 * MG_LANES];
         MG_ALONE
         for (size_t l = 0; l < 2 * MG_LANES; ++l) {
-            const size_t i = b + l;
+            const size_t i = base + l;
             const double omega = work[0 * stride + i];
             const double s12 = work[1 * stride + i];
             const double Z_m_im = M_m * omega - K_m * s12;
@@ -620,11 +620,11 @@ void electrodynamic_transducer_normal_phase(const size_t n, const size_t stride,
     const double t8 = Bl * Bl;
     const double t15 = R_m * R_m;
     const double t29 = Bl * 2.0;
-    for (size_t b = 0; b < stride; b += 2 * MG_LANES) {
+    for (size_t base = 0; base < stride; base += 2 * MG_LANES) {
         double row[7][2 * MG_LANES];
         MG_ALONE
         for (size_t l = 0; l < 2 * MG_LANES; ++l) {
-            const size_t i = b + l;
+            const size_t i = base + l;
             const double omega = work[0 * stride + i];
             const double s12 = work[1 * stride + i];
             const double Z_m_im = M_m * omega - K_m * s12;

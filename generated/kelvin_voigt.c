@@ -108,11 +108,11 @@ void kelvin_voigt_normal_real(const size_t n, const size_t stride, const double 
     const double k_D = p[0];
     const double c_D = p[1];
     const double F_0 = p[2];
-    for (size_t b = 0; b < stride; b += 2 * MG_LANES) {
+    for (size_t base = 0; base < stride; base += 2 * MG_LANES) {
         double row[4][2 * MG_LANES];
         MG_ALONE
         for (size_t l = 0; l < 2 * MG_LANES; ++l) {
-            const size_t i = b + l;
+            const size_t i = base + l;
             const double z = work[0 * stride + i];
             const double v = work[1 * stride + i];
             const double F = F_0 + v * c_D + z * k_D;  /* what the force sensor shows */

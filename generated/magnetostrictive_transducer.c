@@ -508,11 +508,11 @@ void magnetostrictive_transducer_normal_complex(const size_t n, const size_t str
     const double t506 = t116 * (t80 * (d33_im * 2.0));
     const double t510 = t336 * t505 + t337 * t506;
     const double t515 = t337 * t505 - t336 * t506;
-    for (size_t b = 0; b < stride; b += 2 * MG_LANES) {
+    for (size_t base = 0; base < stride; base += 2 * MG_LANES) {
         double row[22][2 * MG_LANES];
         MG_ALONE
         for (size_t l = 0; l < 2 * MG_LANES; ++l) {
-            const size_t i = b + l;
+            const size_t i = base + l;
             const double omega = work[0 * stride + i];
             const double s57 = work[1 * stride + i];
             const double s162 = work[2 * stride + i];
@@ -1053,11 +1053,11 @@ void magnetostrictive_transducer_normal_modulus(const size_t n, const size_t str
     const double t506 = t116 * (t80 * (d33_im * 2.0));
     const double t510 = t336 * t505 + t337 * t506;
     const double t515 = t337 * t505 - t336 * t506;
-    for (size_t b = 0; b < stride; b += 2 * MG_LANES) {
+    for (size_t base = 0; base < stride; base += 2 * MG_LANES) {
         double row[12][2 * MG_LANES];
         MG_ALONE
         for (size_t l = 0; l < 2 * MG_LANES; ++l) {
-            const size_t i = b + l;
+            const size_t i = base + l;
             const double omega = work[0 * stride + i];
             const double s57 = work[1 * stride + i];
             const double s162 = work[2 * stride + i];
@@ -1580,11 +1580,11 @@ void magnetostrictive_transducer_normal_phase(const size_t n, const size_t strid
     const double t506 = t116 * (t80 * (d33_im * 2.0));
     const double t510 = t336 * t505 + t337 * t506;
     const double t515 = t337 * t505 - t336 * t506;
-    for (size_t b = 0; b < stride; b += 2 * MG_LANES) {
+    for (size_t base = 0; base < stride; base += 2 * MG_LANES) {
         double row[12][2 * MG_LANES];
         MG_ALONE
         for (size_t l = 0; l < 2 * MG_LANES; ++l) {
-            const size_t i = b + l;
+            const size_t i = base + l;
             const double omega = work[0 * stride + i];
             const double s57 = work[1 * stride + i];
             const double s162 = work[2 * stride + i];

@@ -48,9 +48,9 @@ def branchless(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
     library = ctypes.CDLL(str(folder / "v.so"))
 
     def call(name: str, x: Any, y: Any = 0.0) -> Any:
-        x, y = (np.ascontiguousarray(a) for a in np.broadcast_arrays(np.array(x, dtype=float), y))
+        x, y = (np.array(a, dtype=float) for a in np.broadcast_arrays(np.array(x, dtype=float), y))
         out = np.empty(x.size)
-        addresses = (ctypes.c_void_p(a.ctypes.data) for a in (x, y.astype(float), out))
+        addresses = (ctypes.c_void_p(a.ctypes.data) for a in (x, y, out))
         getattr(library, f"v_{name}")(ctypes.c_size_t(x.size), *addresses)
         return out
 
@@ -148,3 +148,22 @@ def test_nothing_is_divided_by_what_may_be_zero() -> None:
     written = function.all(f=[1600.0], **values)["Z"]
     assert function(f=[1600.0], **values) == pytest.approx(written, rel=1e-13)
     assert np.isfinite(function.jacobian(f=[1600.0], **values)).all()
+
+
+@pytest.mark.parametrize("name, off", [("modified_dahl", {"b": np.nextafter(1.0, 2.0)}), ("lugre", None)])
+@pytest.mark.parametrize("n", [2, 8, 9, 256, 257, 258, 265, 700])
+def test_a_scan_gives_what_one_step_after_the_other_gives(name: str, off: Any, n: int) -> None:
+    """In lanes and tiles of any filling; an exponent beside 1 makes the modified Dahl model march."""
+    F = build(getattr(models, name))
+    t = np.arange(n) * 1e-3
+    recording = {"t": t, "z": 3 * np.sin(40 * t) + np.cumsum(np.random.default_rng(n).normal(0, 0.05, n))}
+    scanned, theta = F.prepare(**recording), F.prepare(**recording).p[F.free]
+    values, jac = scanned.jacobian(theta, "real")
+    assert scanned.values(theta, "real") == pytest.approx(values, rel=1e-13)
+    if off is None:
+        wanted = F.all(**recording)["F"][None, :]
+    else:
+        wanted, slopes = F.prepare(**recording, **off).jacobian(theta, "real")
+        size = np.abs(slopes).max(axis=2, keepdims=True)
+        assert jac / size == pytest.approx(slopes / size, abs=1e-12)
+    assert values == pytest.approx(wanted, rel=1e-12, abs=1e-13)

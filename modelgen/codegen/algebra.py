@@ -14,7 +14,7 @@ import casadi as ca
 
 FIELD = 2**64 - 2**32 + 1  # a prime, 1 mod 4, so that −1 has a root:
 ROOT = 2**48
-FREE, SAMPLE = 1, 2
+SAMPLE, FREE, STATE = 1, 2, 4
 
 Powers = tuple[tuple[int, int], ...]
 

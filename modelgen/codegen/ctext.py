@@ -81,7 +81,7 @@ class Printer:
                 and (node.op in ("re", "im") or (uses.get(at, 0) <= 1 and len(text) <= LONGEST))
             ):
                 continue
-            name = self._fresh(c_name(label[0]) if label else f"t{at}")
+            name = self.fresh(c_name(label[0]) if label else f"t{at}")
             says = label[1] if label and label[1] not in self.comments else ""
             remark = f"  /* {comment(says)} */" if says else ""
             if label:
@@ -109,7 +109,7 @@ class Printer:
             uses[r] = uses.get(r, 0) + 1
         return uses
 
-    def _fresh(self, name: str) -> str:
+    def fresh(self, name: str) -> str:
         while name in self.taken:
             name += "_"
         self.taken.add(name)

@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 import sympy as sp
 
-from modelgen.codegen.tosx import NONHOLOMORPHIC, Call, Translator
+from modelgen.codegen.tosx import NONHOLOMORPHIC, SAME, Call, Translator
 from modelgen.language import Implicit
 
 
@@ -49,7 +49,9 @@ class Chain:
             call = self.translator.calls[k]
             da = self.tangent(call.args, k)
             row = ca.SX(1, self.directions)
-            if da.nnz() and call.residual is not None:
+            if call.function == SAME:
+                row = da
+            elif da.nnz() and call.residual is not None:
                 row = self._implicit(call, call.residual, da)
             elif da.nnz() and call.sympy in NONHOLOMORPHIC:
                 row = self._nonholomorphic(call, da)

@@ -26,6 +26,7 @@ from modelgen.codegen.loops import (
     march,
 )  # fmt: skip
 from modelgen.codegen.program import Program, Root
+from modelgen.codegen.scan import TILE, over_time
 
 
 @dataclass(frozen=True)
@@ -123,7 +124,7 @@ def _render(
         "lanes": LANES, "padded": PADDED, "inputs": stages.inputs, "parameters": stages.parameters,
         "wrt": program.wrt,
         "staged": len(stages.staged), "kernels": kernels, "roots": roots, "used": used,
-        "alone": "MG_ALONE" in text,
+        "alone": "MG_ALONE" in text, "tile": TILE if "MG_TILE" in text else 0,
         "measures": [m for m in stages.measures if "mg_wrap" in text],
     }  # fmt: skip
     env = environment()
@@ -173,8 +174,12 @@ def _values(stages: Stages, prefix: str, measure: str, jacobian: bool) -> Kernel
         " and their derivatives, out[channel], jac[channel][column]." if jacobian else ", out[channel]."
     )
     ends = ", double *restrict out" + (", double *restrict jac" if jacobian else "")
-    lines = loop(stages, measure, jacobian, region, stores)
-    return make_kernel(stages, prefix, name, says, "", ends, lines, region.operations)
+    operations = region.operations
+    if stages.program.model.states:
+        lines, operations = over_time(stages, measure, jacobian, stores, stores)
+    else:
+        lines = loop(stages, region, stores)
+    return make_kernel(stages, prefix, name, says, "", ends, lines, operations)
 
 
 def _all(stages: Stages, prefix: str) -> Kernel:

@@ -5,26 +5,28 @@ from __future__ import annotations
 import re
 
 from modelgen.codegen.kernels import Region, Stages
-from modelgen.codegen.loops import SAYS, Kernel, alone, indent, make_kernel, march
+from modelgen.codegen.loops import SAYS, Kernel, alone, indent, make_kernel
+from modelgen.codegen.scan import over_time, scan_of
 
 
 def sumsq(stages: Stages, prefix: str, measure: str) -> Kernel:
+    """Weighted sums of squares of many parameter sets."""
     region = stages.kernel(measure, False)
     parameters, columns = len(stages.parameters), len(stages.program.wrt)
+    operations = region.operations
     squares = " + ".join(f"e{c} * e{c}" for c in range(len(region.values)))
+    total = ["double lanes[MG_LANES] = { 0.0 };"]
     if stages.program.model.states:
-        total = [
-            "double sum = 0.0;",
-            *march(
-                region, stages.initial(measure, False), lambda r: [*_errors(r, measure), f"sum += {squares};"]
-            ),
-        ]
+        lines, operations = over_time(
+            stages, measure, False, lambda r: [*_errors(r, measure), f"lanes[0] += {squares};"],
+            lambda r: [*_errors(r, measure), f"row[0][l] = {squares};"],
+            _blocks(1, ["lanes[l] += row[0][b + l];"]),
+        )  # fmt: skip
+        total += [*(["double row[1][MG_TILE];"] if scan_of(stages) else []), *lines]
     else:
-        total = [
-            "double lanes[MG_LANES] = { 0.0 };", *region.setup,
-            *_lanes([*region.body, *_errors(region, measure), f"lanes[l] += {squares};"]),
-            "double sum = 0.0;", "for (size_t l = 0; l < MG_LANES; ++l) {", "    sum += lanes[l];", "}",
-        ]  # fmt: skip
+        body = [*region.body, *_errors(region, measure), f"lanes[l] += {squares};"]
+        total += [*region.setup, *_lanes(body)]
+    total += ["double sum = 0.0;", "for (size_t l = 0; l < MG_LANES; ++l) {", "    sum += lanes[l];", "}"]
     total = [re.sub(r"\bp\[", "q[", line) for line in total]
     free = [stages.parameters.index(w) for w in stages.program.wrt]
     lines = [
@@ -36,40 +38,39 @@ def sumsq(stages: Stages, prefix: str, measure: str) -> Kernel:
         "    ssq[set] = sum;",
         "}",
     ]  # fmt: skip
-    ends = (
-        "".join(f", const double *restrict {a}" for a in ("theta", "data", "weight"))
-        + ", double *restrict ssq"
-    )
+    arrays = "".join(f", const double *restrict {a}" for a in ("theta", "data", "weight"))
     says = f"{SAYS[measure]}: weighted sum of squares of (model - data) for each of nset rows of theta."
     return make_kernel(
-        stages,
-        prefix,
-        f"sumsq_{measure}",
-        says,
-        "const size_t nset, ",
-        ends,
-        lines,
-        region.operations + 3 * len(region.values),
-    )
+        stages, prefix, f"sumsq_{measure}", says, "const size_t nset, ", f"{arrays}, double *restrict ssq",
+        lines, operations + 3 * len(region.values),
+    )  # fmt: skip
 
 
 def normal(stages: Stages, prefix: str, measure: str) -> Kernel:
     """JᵀJ (upper triangle by rows), Jᵀe and e·e without storing J."""
     region = stages.kernel(measure, True)
-    columns = len(stages.program.wrt)
+    columns, operations = len(stages.program.wrt), region.operations
     size = (columns + 1) * (columns + 2) // 2
+    lines = [f"double sum[{size}][MG_LANES] = {{ {{ 0.0 }} }};"]
     if stages.program.model.states:
-        first = stages.initial(measure, True)
-        lines = [f"double sum[{size}] = {{ 0.0 }};",
-                 *march(region, first, lambda r: [*_rows(r, measure), *_products(r)]),
-                 f"for (size_t k = 0; k < {size}; ++k) {{", "    normal[k] = sum[k];", "}"]  # fmt: skip
+        scan = scan_of(stages)
+        shape = region if scan is None else scan.shape(measure)
+        more, operations = over_time(
+            stages, measure, True, lambda r: [*_rows(r, measure), *_products(r)],
+            lambda r: [*_rows(r, measure), *_stores(r)],
+            _blocks(len(_names(shape)), _tiled(shape)),
+        )  # fmt: skip
+        lines += [*([f"double row[{len(_names(shape))}][MG_TILE];"] if scan else []), *more]
     else:
-        lines = _tiles(region, measure, size)
+        lines += _tiles(region, measure)
+    lines += [
+        f"for (size_t k = 0; k < {size}; ++k) {{", "    double s = 0.0;",
+        "    for (size_t l = 0; l < MG_LANES; ++l) {", "        s += sum[k][l];", "    }",
+        "    normal[k] = s;", "}",
+    ]  # fmt: skip
     ends = ", const double *restrict data, const double *restrict weight, double *restrict normal"
     says = f"{SAYS[measure]}: J^T J (upper triangle by rows), J^T e and e^T e, e the weighted residual."
-    return make_kernel(
-        stages, prefix, f"normal_{measure}", says, "", ends, lines, region.operations + 2 * size
-    )
+    return make_kernel(stages, prefix, f"normal_{measure}", says, "", ends, lines, operations + 2 * size)
 
 
 def _rows(region: Region, measure: str) -> list[str]:
@@ -99,38 +100,59 @@ def _sums(region: Region) -> list[tuple[int, list[tuple[str, str]]]]:
 
 
 def _products(region: Region) -> list[str]:
-    return [f"sum[{m}] += {' + '.join(f'{x} * {y}' for x, y in t)};" for m, t in _sums(region)]
+    """One sample's products, summed where there are no lanes."""
+    return [f"sum[{m}][0] += {' + '.join(f'{x} * {y}' for x, y in t)};" for m, t in _sums(region)]
 
 
-def _tiles(region: Region, measure: str, size: int) -> list[str]:
-    """Rows of (J, e) for two blocks of MG_LANES samples, then their products: a sum is loaded and stored once
-    for both."""
-    names = [x for column in _places(region) for _, x in column]
-    at = {x: f"row[{k}]" for k, x in enumerate(names)}
-    products = [
-        f"sum[{m}][l] += " + " + ".join(
-            f"{at[x]}[{here}] * {at[y]}[{here}]" for here in ("l", "MG_LANES + l") for x, y in t
-        ) + ";"
-        for m, t in _sums(region)
-    ]  # fmt: skip
+def _names(region: Region) -> list[str]:
+    return [x for column in _places(region) for _, x in column]
+
+
+def _stores(region: Region) -> list[str]:
+    return [f"row[{k}][l] = {x};" for k, x in enumerate(_names(region))]
+
+
+def _tiled(region: Region) -> list[str]:
+    """Products of two blocks of MG_LANES samples from b on: a sum is loaded and stored once for both."""
+    at = {x: f"row[{k}]" for k, x in enumerate(_names(region))}
+    halves = ("b + l", "b + MG_LANES + l")
     return [
-        f"double sum[{size}][MG_LANES] = {{ {{ 0.0 }} }};", *region.setup,
-        "for (size_t b = 0; b < stride; b += 2 * MG_LANES) {",
-        f"    double row[{len(names)}][2 * MG_LANES];",
-        *(f"    {x}" for x in alone(region.body)),
-        "    for (size_t l = 0; l < 2 * MG_LANES; ++l) {",
-        "        const size_t i = b + l;",
-        indent([*region.body, *_rows(region, measure)], 2),
-        *(f"        {at[x]}[l] = {x};" for x in names),
-        "    }",
+        f"sum[{m}][l] += {' + '.join(f'{at[x]}[{h}] * {at[y]}[{h}]' for h in halves for x, y in t)};"
+        for m, t in _sums(region)
+    ]
+
+
+def _blocks(rows: int, products: list[str]) -> list[str]:
+    """`products` of all blocks of a tile; behind its last sample there is zero."""
+    step = "2 * MG_LANES" if any("MG_LANES + l" in x for x in products) else "MG_LANES"
+    return [
+        "for (size_t l = count; l < MG_TILE && l % (2 * MG_LANES) != 0; ++l) {",
+        *(f"    row[{k}][l] = 0.0;" for k in range(rows)),
+        "}",
+        f"for (size_t b = 0; b < count; b += {step}) {{",
         "    for (size_t l = 0; l < MG_LANES; ++l) {",
         indent(products, 2),
         "    }",
         "}",
-        f"for (size_t k = 0; k < {size}; ++k) {{", "    double s = 0.0;",
-        "    for (size_t l = 0; l < MG_LANES; ++l) {", "        s += sum[k][l];", "    }",
-        "    normal[k] = s;", "}",
-    ]  # fmt: skip
+    ]
+
+
+def _tiles(region: Region, measure: str) -> list[str]:
+    """Rows of (J, e) for two blocks of MG_LANES samples, then their products."""
+    return [
+        *region.setup,
+        "for (size_t base = 0; base < stride; base += 2 * MG_LANES) {",
+        f"    double row[{len(_names(region))}][2 * MG_LANES];",
+        *(f"    {x}" for x in alone(region.body)),
+        "    for (size_t l = 0; l < 2 * MG_LANES; ++l) {",
+        "        const size_t i = base + l;",
+        indent([*region.body, *_rows(region, measure), *_stores(region)], 2),
+        "    }",
+        "    for (size_t l = 0; l < MG_LANES; ++l) {",
+        indent([x.replace("[b + ", "[") for x in _tiled(region)], 2),
+        "    }",
+        "}",
+    ]
 
 
 def _errors(region: Region, measure: str) -> list[str]:

@@ -7,12 +7,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from modelgen.codegen.algebra import FREE, SAMPLE, STATE
 from modelgen.codegen.ctext import BRANCHLESS, FUNCTION, Printer, c_name
 from modelgen.codegen.program import Program, Root, Sample, sensitivity
 from modelgen.codegen.real import operations
 from modelgen.codegen.split import Complex, Pair
-
-SAMPLE, FREE, STATE = 1, 2, 4
 
 
 @dataclass(frozen=True)
@@ -88,9 +87,9 @@ class Stages:
 
     @cached_property
     def masks(self) -> list[int]:
-        return self._masks(self.program.step)
+        return self.masks_of(self.program.step)
 
-    def _masks(self, sample: Sample) -> list[int]:
+    def masks_of(self, sample: Sample) -> list[int]:
         """What each node depends on."""
         bits: list[int] = []
         states = {*self.state_names, *self.sensitivity_names}
@@ -138,17 +137,18 @@ class Stages:
                     found |= {a for a in graph.nodes[at].args if self.masks[a] == SAMPLE}
             found |= {r for r in roots if self.masks[r] == SAMPLE}
         if self.program.first is not None:
-            raw = {str(n.data) for n in self.program.first.graph.nodes if n.op == "in"} & set(self.inputs)
+            nodes = (*self.program.first.graph.nodes, *graph.nodes)
+            raw = {str(n.data) for n in nodes if n.op == "in"} & set(self.inputs)
             found |= {graph.input(n) for n in raw}
         return tuple(sorted(found))
 
     def prepare(self) -> Region:
         """Loop that fills the staged arrays: body lines, and values = the staged quantities."""
         graph = self.program.step.graph
-        masks = self._masks(self.program.step)
+        masks = self.masks_of(self.program.step)
         need = graph.needed(self.staged)
         printer = Printer(self.program.step.graph)
-        setup = self._parameters(printer, need, masks, free=False)
+        setup = self.parameters_in(printer, need, masks, free=False)
         setup += printer.lines([a for a in need if masks[a] == 0], self.staged)
         body = self._inputs(printer, need) + printer.lines(
             [a for a in need if masks[a] == SAMPLE], self.staged
@@ -192,12 +192,12 @@ class Stages:
         jacobian: bool,
         place: dict[int, str],
     ) -> Region:
-        graph, masks = sample.graph, self._masks(sample)
+        graph, masks = sample.graph, self.masks_of(sample)
         need = [a for a in graph.needed_until(roots, set(place))]
         printer = Printer(sample.graph, functions=FUNCTION if self.state_names else BRANCHLESS)
         for n in (*self.state_names, *self.sensitivity_names):
-            printer.names[graph.input(n)] = printer._fresh(c_name(n.replace(" ", "_")))
-        setup = self._parameters(printer, need, masks, free=True)
+            printer.names[graph.input(n)] = printer.fresh(c_name(n.replace(" ", "_")))
+        setup = self.parameters_in(printer, need, masks, free=True)
         inside = [a for a in need if masks[a] & (SAMPLE | STATE) and a not in place]
         hoisted = {a for at in inside for a in graph.nodes[at].args if not masks[a] & (SAMPLE | STATE)}
         outside = [a for a in need if not masks[a] & (SAMPLE | STATE) and a not in place]
@@ -205,7 +205,7 @@ class Stages:
         loads = []
         for at, text in place.items():
             if at in need:
-                name = self._place_name(printer, graph, at)
+                name = self.place_name(printer, graph, at)
                 loads.append(f"const double {name} = {text};")
         if self.batch:
             loads = self._inputs(printer, need)
@@ -231,14 +231,14 @@ class Stages:
         """Every equation, straight from inputs and parameters (nothing staged): what a reader of the paper
         wants."""
         sample = self.program.first if first and self.program.first else self.program.step
-        graph, masks = sample.graph, self._masks(sample)
+        graph, masks = sample.graph, self.masks_of(sample)
         c = Complex(graph)
         roots = [n for s in self.program.model.statements for n in _both(c, sample.equations[s.name])]
         need = graph.needed([*roots, *sample.states.values()])
         printer = Printer(sample.graph)
         for n in self.state_names:
-            printer.names[graph.input(n)] = printer._fresh(c_name(n))
-        setup = self._parameters(printer, need, masks, free=True)
+            printer.names[graph.input(n)] = printer.fresh(c_name(n))
+        setup = self.parameters_in(printer, need, masks, free=True)
         setup += printer.lines([a for a in need if not masks[a] & (SAMPLE | STATE)], roots)
         body = self._inputs(printer, need) + printer.lines(
             [a for a in need if masks[a] & (SAMPLE | STATE)], roots
@@ -251,7 +251,7 @@ class Stages:
         """Residual and slope of an implicit equation, as a function of its arguments and the unknown."""
         printer = Printer(r.graph)
         for n in (*r.arguments, r.unknown):
-            printer.names[r.graph.input(n)] = printer._fresh(c_name(n))
+            printer.names[r.graph.input(n)] = printer.fresh(c_name(n))
         need = r.graph.needed([r.residual, r.slope])
         body = printer.lines(need, [r.residual, r.slope])
         return Region(
@@ -264,22 +264,22 @@ class Stages:
             operations(r.graph, need),
         )
 
-    def _place_name(self, printer: Printer, graph: object, at: int) -> str:
+    def place_name(self, printer: Printer, graph: object, at: int) -> str:
         label = printer.graph.labels.get(at)
         node = printer.graph.nodes[at]
         known = str(node.data) if node.op == "in" else label[0] if label else ""
-        name = printer._fresh(c_name(known) if known else f"s{at}")
+        name = printer.fresh(c_name(known.replace(" ", "_")) if known else f"s{at}")
         printer.names[at] = name
         return name
 
-    def _parameters(self, printer: Printer, need: list[int], masks: list[int], free: bool) -> list[str]:
+    def parameters_in(self, printer: Printer, need: list[int], masks: list[int], free: bool) -> list[str]:
         if self.batch:
             return []
         lines = []
         for k, name in enumerate(self.parameters):
             at = printer.graph.input(name)
             if at in need and at not in printer.names and (free or name not in self.free):
-                printer.names[at] = printer._fresh(c_name(name))
+                printer.names[at] = printer.fresh(c_name(name))
                 lines.append(f"const double {printer.names[at]} = p[{k}];")
         return lines
 
@@ -288,7 +288,7 @@ class Stages:
         for k, name in enumerate(self.parameters if self.batch else self.inputs):
             at = printer.graph.input(name)
             if at in need and at not in printer.names:
-                printer.names[at] = printer._fresh(c_name(name))
+                printer.names[at] = printer.fresh(c_name(name))
                 lines.append(f"const double {printer.names[at]} = in[{k}][i];")
         return lines
 

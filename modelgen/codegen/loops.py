@@ -78,30 +78,34 @@ def alone(body: Sequence[str]) -> list[str]:
     return ["MG_ALONE"] if called <= _VECTORISES else []
 
 
-def loop(stages: Stages, measure: str, jacobian: bool, region: Region, stores: Stores) -> list[str]:
-    """The loop over samples with `stores` at its end; time models get their first sample and their states."""
-    if not stages.program.model.states:
-        end = "n" if stages.batch else "stride"
-        body = indent([*region.body, *stores(region)], 1)
-        return [*region.setup, *alone(region.body), f"for (size_t i = 0; i < {end}; ++i) {{", body, "}"]
-    return march(region, stages.initial(measure, jacobian), stores)
+def loop(stages: Stages, region: Region, stores: Stores) -> list[str]:
+    """The loop over samples that stand alone, with `stores` at its end."""
+    end = "n" if stages.batch else "stride"
+    body = indent([*region.body, *stores(region)], 1)
+    return [*region.setup, *alone(region.body), f"for (size_t i = 0; i < {end}; ++i) {{", body, "}"]
 
 
 def march(region: Region, first: Region, stores: Stores) -> list[str]:
     """First sample with the initial states, then one step a sample."""
-    declare = [f"double {n} = 0.0;" for n in region.state_names]
+    return [*opening(region, first, stores), *region.setup, *marching(region, stores)]
+
+
+def opening(region: Region, first: Region, stores: Stores) -> list[str]:
+    """States, and the first sample with their initial values."""
     start = [f"{n} = {v};" for n, v in zip(region.state_names, first.state_values, strict=True)]
     return [
-        *declare,
+        *(f"double {n} = 0.0;" for n in region.state_names),
         "{",
         "    const size_t i = 0;",
         indent([*first.setup, *first.body, *stores(first), *start], 1),
         "}",
-        *region.setup,
-        "for (size_t i = 1; i < n; ++i) {",
-        indent([*region.body, *stores(region), *_advance(region)], 1),
-        "}",
     ]
+
+
+def marching(region: Region, stores: Stores) -> list[str]:
+    """All samples after the first, one step each."""
+    body = indent([*region.body, *stores(region), *_advance(region)], 1)
+    return ["for (size_t i = 1; i < n; ++i) {", body, "}"]
 
 
 def _advance(region: Region) -> list[str]:

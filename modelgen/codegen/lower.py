@@ -98,8 +98,8 @@ class Lowering:
                     t.complex_names.add(s.name)
             elif isinstance(s, Implicit):
                 t.env[s.name] = self._implicit(s)
-            elif not self.first and s.update is not None:
-                t.env[s.name] = t.sx(s.update)
+            elif not self.first:
+                t.env[s.name] = t.same(s.name, t.env[s.name] if s.update is None else t.sx(s.update))
             self.values[s.name] = t.env[s.name]
 
     def _implicit(self, s: Implicit) -> Any:

@@ -14,7 +14,7 @@ from modelgen.codegen.derive import Residual
 from modelgen.codegen.lower import Lowering, primary_outputs, sensitivity_pattern
 from modelgen.codegen.real import Graph
 from modelgen.codegen.split import Complex, Pair
-from modelgen.codegen.tosx import Call, Translator
+from modelgen.codegen.tosx import SAME, Call, Translator
 from modelgen.language import Model
 
 
@@ -172,6 +172,8 @@ class _Reader:
 
     def _call(self, call: Call, args: list[Pair]) -> Pair:
         c, g, name = self.c, self.c.g, call.function
+        if name == SAME:
+            return args[0]
         if name in ("cpow", "powj"):
             return (c.power if name == "cpow" else c.jpow)(*args)
         simple = {"clog": c.log, "Abs": c.modulus, "arg": c.argument}

@@ -28,11 +28,12 @@ RELATION = {
     sp.StrictLessThan: ca.lt, sp.LessThan: ca.le, sp.StrictGreaterThan: ca.gt, sp.GreaterThan: ca.ge,
     sp.Equality: ca.eq, sp.Unequality: ca.ne,
 }  # fmt: skip
+SAME = "same"
 
 
 @dataclass(frozen=True)
 class Call:
-    """A function or root that SX does not see into: `symbol` stands for its value."""
+    """A function or root that SX does not see into: `symbol` stands for its value (SAME: of its argument)."""
 
     function: str
     symbol: Any
@@ -52,6 +53,12 @@ class Translator:
     j: Any = field(default_factory=lambda: ca.SX.sym("j"))
     calls: list[Call] = field(default_factory=list)
     _known: dict[tuple[Any, ...], Call] = field(default_factory=dict)
+
+    def same(self, name: str, value: Any) -> Any:
+        """A symbol for a real value, so that derivatives of what uses it hold its derivative as a whole."""
+        call = Call(SAME, ca.SX.sym(name), (value,), False, ("real",))
+        self.calls.append(call)
+        return call.symbol
 
     def is_complex(self, e: Any) -> bool:
         if isinstance(e, (sp.Symbol, sp.Dummy)):

@@ -75,7 +75,7 @@ def _used(code: str) -> set[str]:
 def _root(r: Root) -> dict[str, Any]:
     printer = Printer(r.graph)
     for name in (*r.arguments, r.unknown):
-        printer.names[r.graph.input(name)] = printer._fresh(c_name(name))
+        printer.names[r.graph.input(name)] = printer.fresh(c_name(name))
     ends = [r.residual, r.slope]
     body = printer.lines(r.graph.needed(ends), ends)
     return {

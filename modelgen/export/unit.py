@@ -269,7 +269,7 @@ class _Maker:
             for s in slots:
                 at = printer.graph.input(s.name)
                 if at in wanted:
-                    local = printer._fresh(c_name(s.member))
+                    local = printer.fresh(c_name(s.member))
                     printer.names[at] = local
                     lines.append(f"const double {local} = {pointer}->{s.member};")
         return lines
