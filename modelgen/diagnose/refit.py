@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -42,11 +42,13 @@ class Judge:
 
     `temper` > 1 where even the best hypothesis leaves far more than noise: the correlation length of what is
     left, in samples, by which evidence is divided. Residuals of wrong models are no independent data.
+    excess: BIC that a hypothesis (by its key) gains from errors of the motion alone; it is taken back.
     """
 
     whiteners: tuple[Whitener, ...]
     prior: tuple[Level, ...]
     temper: float = 1.0
+    excess: Mapping[frozenset[tuple[str, str, int]], float] = field(default_factory=dict)
 
     def fit(self, h: Hypothesis, starts: Iterable[Array], iterations: int = 60) -> Fit:
         """The best of local fits from `starts`."""
@@ -71,7 +73,9 @@ class Judge:
             white = tuple(h.experiment.whitened(theta, self.whiteners))
         free = _free(h, theta)
         value = (
-            bic(white, self.prior, free, temper=self.temper) - 2 * h.log_common
+            bic(white, self.prior, free, temper=self.temper)
+            - 2 * h.log_common
+            + self.excess.get(h.key, 0.0)
             if all(np.all(np.isfinite(e)) for e in white)
             else np.inf
         )

@@ -11,6 +11,7 @@ from modelgen.diagnose.evidence import bic, levels
 from modelgen.diagnose.hypothesis import Addition, Hypothesis, make_hypotheses
 from modelgen.diagnose.noise import correlation_length, local_level
 from modelgen.diagnose.refit import Fit, Judge, refine
+from modelgen.diagnose.replica import motion_matters, replicas, undeserved
 from modelgen.diagnose.screen import Score, Tangent, score
 from modelgen.fit.colour import coloured
 from modelgen.fit.series import Array, Series
@@ -86,6 +87,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
     judge, base, first = _recolour(s, judge, base, first)
     if progress:
         progress(0.6, "fitting")
+    judge, first = _deserved(s, judge, [base], first)
     tried = {f.hypothesis.key: f for f in first}
     best = min([base, *first], key=lambda f: f.bic)
     if not _gains(s, judge, base, best):
@@ -98,6 +100,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
         if not grown:
             break
         judge, base, grown, best = _recolour_pairs(s, judge, base, grown, best)
+        judge, grown = _deserved(s, judge, beam, grown)
         tried |= {f.hypothesis.key: f for f in grown}
         winner = min(grown, key=lambda f: f.bic)
         if not _gains(s, judge, best, winner):
@@ -114,6 +117,28 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
     )
 
 
+def _deserved(
+    s: Setting, judge: Judge, parents: Sequence[Fit], fits: list[Fit]
+) -> tuple[Judge, list[Fit]]:
+    """Take from the best of `fits` what errors of the motion give them beside the parent they grew from."""
+    if judge.temper > 1.0 or not s.model.is_time_model or not motion_matters(s.series):
+        return judge, fits
+    made: dict[frozenset[tuple[str, str, int]], tuple[Series, ...]] = {}
+    for _ in range(3 * s.beam):
+        first = sorted(fits, key=lambda f: f.bic)[: s.beam]
+        child = next((f for f in first if f.hypothesis.key not in judge.excess), None)
+        if child is None:
+            break
+        parent = min((p for p in parents if p.hypothesis.key < child.hypothesis.key), key=lambda p: p.bic)
+        key = parent.hypothesis.key
+        if key not in made:
+            made[key] = replicas(s.model, s.case, parent, seed=len(key))
+        own = judge.excess.get(key, 0.0) + undeserved(judge, parent, child, made[key])
+        judge = replace(judge, excess={**judge.excess, child.hypothesis.key: own})
+        fits = [judge.look(f.hypothesis, f.theta) if f is child else f for f in fits]
+    return judge, fits
+
+
 def _gross(s: Setting, white: Sequence[Array]) -> bool:
     """Whether the best hypothesis leaves far more than noise."""
     for x, e in zip(s.series, white, strict=True):
@@ -128,11 +153,13 @@ def _gains(s: Setting, judge: Judge, old: Fit, new: Fit) -> bool:
     noise.
 
     The second is the likelihood in which smooth misfit may be coloured noise; it guards against colours that
-    the richer hypothesis has taken for itself.
+    the richer hypothesis has taken for itself. What errors of the motion alone would give must be gained
+    twice: replicas are made from a path that is smoothed already.
     """
     if judge.temper > 1.0:
         return old.bic - new.bic > ALARM and new.chi2 < WORTH * old.chi2
-    return old.bic - new.bic > ALARM and _own_colour(s, judge, old) - _own_colour(s, judge, new) > ALARM
+    undeserved = judge.excess.get(new.hypothesis.key, 0.0) - judge.excess.get(old.hypothesis.key, 0.0)
+    return old.bic - new.bic > ALARM + max(0.0, undeserved) and _own_colour(s, judge, old) - _own_colour(s, judge, new) > ALARM
 
 
 def _own_colour(s: Setting, judge: Judge, f: Fit) -> float:
@@ -183,7 +210,7 @@ def _recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Jud
     plain = tuple(replace(x.whitener, ar=None) for x in s.series)
     white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
     if _gross(s, white):
-        new = Judge(plain, judge.prior, correlation_length(white))
+        new = Judge(plain, judge.prior, correlation_length(white), judge.excess)
         return new, new.look(base.hypothesis, base.theta), [new.look(f.hypothesis, f.theta) for f in fits]
     filters = coloured(plain, white, s.colour)
     uneven = [
@@ -196,7 +223,7 @@ def _recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Jud
         filters = coloured(plain, white, s.colour)
     if all(w.ar is None for w in filters) and all(np.all(u == 1) for u in uneven):
         return judge, base, fits
-    new = Judge(filters, judge.prior)
+    new = replace(judge, whiteners=filters)
     rough = sorted((new.look(f.hypothesis, f.theta) for f in fits), key=lambda f: f.bic)
     fitted = refine(new, rough[: s.refits]) + rough[s.refits :]
     return new, refine(new, [base])[0], fitted
