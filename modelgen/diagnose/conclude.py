@@ -12,6 +12,7 @@ import numpy as np
 
 from modelgen.diagnose.evidence import effective
 from modelgen.diagnose.gate import Gate, judge_adequacy
+from modelgen.diagnose.generic import Leftover
 from modelgen.diagnose.holdout import look_at_holdout
 from modelgen.diagnose.locate import locate
 from modelgen.diagnose.ranking import Standing, standings, weights
@@ -29,13 +30,14 @@ def conclude(
     setting: Setting,
     notes: Sequence[str],
     marks: Sequence[Array],
+    oddity: Leftover | None,
     outcome: Outcome,
     out: Path | None,
     begun: float,
 ) -> Verdict:
     """Put the argument together."""
     sensitivities = port_sensitivities(setting, outcome.base)
-    gate = judge_adequacy(setting, outcome, sensitivities)
+    gate = judge_adequacy(setting, outcome, sensitivities, oddity)
     standing = standings(outcome) if not gate.unknown else ()
     best = outcome.base if gate.unknown else outcome.best
     base_estimates = parameters(outcome.judge, outcome.base)

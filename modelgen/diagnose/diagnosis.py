@@ -10,8 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from modelgen.diagnose.conclude import conclude
+from modelgen.diagnose.generic import Leftover
 from modelgen.diagnose.hypothesis import Hypothesis, additions, make_hypotheses
 from modelgen.diagnose.noise import masked, outliers
+from modelgen.diagnose.oddities import mains, saturation
 from modelgen.diagnose.refit import Fit, Judge, base_starts
 from modelgen.diagnose.scales import port_scale, record_scales
 from modelgen.diagnose.search import Outcome, Progress, Setting, search, white_judge
@@ -37,6 +39,7 @@ class Ground:
     judge: Judge
     marks: tuple[Array, ...]
     notes: tuple[str, ...]
+    oddity: Leftover | None = None
 
 
 def diagnose(
@@ -69,7 +72,7 @@ def diagnose(
     outcome = search(setting, ground.base, ground.judge, progress)
     if progress:
         progress(0.9, "deciding")
-    return conclude(setting, ground.notes, ground.marks, outcome, out, begun)
+    return conclude(setting, ground.notes, ground.marks, ground.oddity, outcome, out, begun)
 
 
 def prepare(model: Model, case: Case, seed: int) -> Ground:
@@ -82,6 +85,7 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
     judge = white_judge(series)
     fit = _fit_base(base[0], judge, seed)
     marks = tuple(outliers(e) for e in fit.white)
+    oddity, marks = _oddity(model, series, fit.white, marks)
     series = masked(_levelled(series, fit), marks)
     if model.is_time_model:
         ex = replace(fit.hypothesis.experiment, series=series)
@@ -94,7 +98,21 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
         for s, m in zip(series, marks, strict=True)
         if m.any()
     )
-    return Ground(series, fit, judge, marks, notes)
+    return Ground(series, fit, judge, marks, notes, oddity)
+
+
+def _oddity(
+    model: Model, series: Sequence[Series], white: Sequence[Array], marks: tuple[Array, ...]
+) -> tuple[Leftover | None, tuple[Array, ...]]:
+    """What the outliers have in common, if anything, and all samples that it spoils."""
+    if model.is_time_model:
+        return saturation(series, white, marks), marks
+    if any(s.measure == "real" for s in series):
+        return None, marks
+    ports = {p.name for p in model.ports}
+    port = "electrical" if "electrical" in ports else min(ports, default="model")
+    found, more = mains([s.inputs[model.axis] for s in series], white, port)
+    return found, tuple(a | b for a, b in zip(marks, more, strict=True))
 
 
 def _fit_base(h: Hypothesis, judge: Judge, seed: int) -> Fit:
@@ -103,18 +121,36 @@ def _fit_base(h: Hypothesis, judge: Judge, seed: int) -> Fit:
     First as if all errors were independent, then under the judge: a smooth error in the covariance hides
     where a far start is wrong, and a search gets lost.
     """
-    starts = base_starts(h, seed, 12)
     plain = Judge(tuple(replace(w, root=None, ar=None) for w in judge.whiteners), judge.prior)
-    problem = h.experiment.problem(starts[0], plain.whiteners)
-    if not h.experiment.model.states and "objective_batch" in problem.provides:
-        for k, reach in enumerate(SWARMS):
-            found = PSO(particles=100, iterations=300).run(_boxed(problem, reach), seed=seed + k)
-            starts.append(np.asarray(found.theta))
-    return judge.fit(h, [plain.fit(h, starts, iterations=150).theta], iterations=150)
+    starts = base_starts(h, seed, 12)
+    fits = [plain.fit(h, [start], iterations=150) for start in starts]
+    if any(s.measure != "real" for s in h.experiment.series):
+        fits += _swarmed(h, plain, fits, starts[0], seed)
+    return judge.fit(h, [_best(fits).theta], iterations=150)
 
 
-SWARMS = (30.0, 30.0, 1e3, 1e3, 1e4, 1e4, 1e5, 1e5)
+SWARMS = (1e5, 1e4, 1e3, 30.0, 1e5, 1e4, 1e3, 30.0)
 """Swarms search within these factors of the start: in thirteen decades no narrow resonance is found."""
+SAME = 3
+"""An optimum that this many swarms reach, and none beats, is taken for the best there is."""
+
+
+def _swarmed(h: Hypothesis, plain: Judge, fits: Sequence[Fit], centre: Array, seed: int) -> list[Fit]:
+    """Fits from where swarms about `centre` end, for impedances: their narrow resonances are islands to a
+    local search."""
+    problem = h.experiment.problem(centre, plain.whiteners)
+    found: list[Fit] = []
+    for k, reach in enumerate(SWARMS):
+        end = PSO(particles=100, iterations=300).run(_boxed(problem, reach), seed=seed + k)
+        found.append(plain.fit(h, [np.asarray(end.theta)], iterations=150))
+        least = min(_best(found).chi2, _best(fits).chi2)
+        if sum(f.chi2 <= least * (1 + 1e-4) + 1e-6 for f in found) >= SAME:
+            break
+    return found
+
+
+def _best(fits: Sequence[Fit]) -> Fit:
+    return min(fits, key=lambda f: f.chi2 if np.isfinite(f.bic) else np.inf)
 
 
 def _boxed(p: Problem, reach: float) -> Problem:

@@ -9,14 +9,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modelgen.diagnose.generic import Leftover, leftover
+from modelgen.diagnose.oddities import lone
 from modelgen.diagnose.search import Outcome, Setting
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
 
 LEFT = 20.0
 """ΔBIC that a description without a catalogue must gain before the rest counts as physics."""
+REST = 0.1
+"""What is left may hold this share of the evidence for the named effects: the right family, its law not
+quite. With more it is another thing that they imitate."""
 EXPLAINED = 0.85
-"""Share of the misfit that named effects must explain to be named although something is left."""
+"""Share of the misfit that named effects must explain to be named although far more than noise is left."""
 PART = 0.3
 """The same where even the best hypothesis stays far from the data: real records hold many effects, none
 exactly."""
@@ -43,8 +47,13 @@ class Gate:
     notes: tuple[str, ...]
 
 
-def judge_adequacy(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array]) -> Gate:
-    """Gate on the residual of the best hypothesis."""
+def judge_adequacy(
+    setting: Setting,
+    outcome: Outcome,
+    sensitivities: Mapping[str, Array],
+    oddity: Leftover | None = None,
+) -> Gate:
+    """Gate on the residual of the best hypothesis, and on what the outliers have in common (`oddity`)."""
     best = outcome.best
     plain = [
         replace(s.whitener, ar=None).apply(best.hypothesis.experiment.raw(best.theta, k))
@@ -70,10 +79,10 @@ def judge_adequacy(setting: Setting, outcome: Outcome, sensitivities: Mapping[st
     far = structured or gross or outcome.judge.temper > 1.0
     floor = _floor(after, scatter, sum(e.size for e in plain), stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
-    unknown = (structured or gross) and (not best.hypothesis.added or explained < EXPLAINED)
+    gained = outcome.base.bic - best.bic
+    unknown = (structured and left.gain > REST * gained) or (gross and explained < EXPLAINED)
     if outcome.judge.temper > 1.0:
         unknown = not best.hypothesis.added or explained < PART
-    gained = outcome.base.bic - best.bic
     if (
         outcome.judge.temper == 1.0
         and best.hypothesis.added
@@ -81,9 +90,17 @@ def judge_adequacy(setting: Setting, outcome: Outcome, sensitivities: Mapping[st
         and gained < BETTER * rival.gain
     ):
         unknown, left, structured = True, rival, True  # what no catalogue holds fits better, and by far
+    line = _line(outcome) if not (unknown or setting.model.is_time_model) else None
+    if line is not None:
+        unknown, left, structured = True, line, True
     notes: tuple[str, ...] = ()
+    if oddity is not None and not unknown:
+        if best.hypothesis.added:
+            notes += (oddity.says,)
+        else:
+            unknown, left, structured = True, oddity, True
     if far and not unknown:
-        notes = (
+        notes += (
             f"the named effects explain {explained:.0%} of the misfit; still left is "
             f"{np.sqrt(after / floor):.1f} times the noise: {left.says or 'not noise'}",
         )
@@ -97,6 +114,16 @@ def judge_adequacy(setting: Setting, outcome: Outcome, sensitivities: Mapping[st
         _noise_words(setting, outcome, after, stated),
         notes,
     )
+
+
+def _line(outcome: Outcome) -> Leftover | None:
+    """What is claimed from sweeps, when it stands on a few frequencies alone."""
+    best = outcome.best
+    e = best.hypothesis.experiment
+    if not best.hypothesis.added or any(s.measure == "real" for s in e.series):
+        return None
+    f = [s.inputs[e.model.axis] for s in e.series]
+    return lone(f, outcome.base.white, best.white, best.hypothesis.added[0].port.name)
 
 
 def _floor(after: float, scatter: float, count: int, stated: bool, far: bool) -> float:

@@ -73,9 +73,7 @@ class Judge:
             white = tuple(h.experiment.whitened(theta, self.whiteners))
         free = _free(h, theta)
         value = (
-            bic(white, self.prior, free, temper=self.temper)
-            - 2 * h.log_common
-            + self.excess.get(h.key, 0.0)
+            bic(white, self.prior, free, temper=self.temper) - 2 * h.log_common + self.excess.get(h.key, 0.0)
             if all(np.all(np.isfinite(e)) for e in white)
             else np.inf
         )

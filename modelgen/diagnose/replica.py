@@ -1,9 +1,10 @@
 """What errors of a smoothed motion alone give a hypothesis: the same analysis of records made without it.
 
-A hypothesis that smooths or shifts the model's force (a lag, a mass) also smooths the errors that are left in
-the motion, and gains by it although nothing of the kind is there: no covariance that all hypotheses share can
-tell the two apart. A parametric bootstrap can (Efron, Tibshirani, An Introduction to the Bootstrap (1993), ch. 6):
-let the smoothed path be the true one and the parent model the truth, add noise to both, smooth again, fit both.
+A hypothesis that smooths or shifts the model's force (a lag, a mass) also smooths the errors that are left
+in the motion, and gains by it although nothing of the kind is there: no covariance that all hypotheses share
+can tell the two apart. A parametric bootstrap can (B. Efron, R. Tibshirani, An Introduction to the Bootstrap
+(1993), ch. 6): let the smoothed path be the true one and the parent model the truth, add noise to both,
+smooth again, fit both.
 """
 
 from __future__ import annotations
@@ -66,7 +67,8 @@ def on(h: Hypothesis, series: Sequence[Series]) -> Hypothesis:
 
 
 def undeserved(judge: Judge, parent: Fit, child: Fit, series: Sequence[Series]) -> float:
-    """What `child` gains in BIC over `parent` on replicas (`series`) in which `parent` is the truth, at least 0."""
+    """What `child` gains in BIC over `parent` on replicas (`series`) in which `parent` is the truth; 0 or
+    more."""
     plain = replace(judge, excess={})
     old = plain.fit(on(parent.hypothesis, series), [parent.theta])
     names = [f"{a.id}_{q.name}" for a in child.hypothesis.added for q in a.effect.shapes]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,6 +32,8 @@ SLACK = 1.5
 """A refit may gain this many times what the score promised at first order."""
 MOST = 3
 """Effects in one verdict."""
+COMPANIONS = 4
+"""Families whose best single effects are tried beside each hypothesis of the beam."""
 COLOUR_TIME, COLOUR_SWEEP = 12, 3
 """Greatest order of a noise's colour along time, and along a sweep's frequencies."""
 
@@ -96,7 +98,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
     for depth in range(2, MOST + 1):
         if progress:
             progress(0.5 + 0.15 * depth, f"looking for {'a second' if depth == 2 else 'a third'} effect")
-        grown = _grow(s, base, judge, beam, scores)
+        grown = _grow(s, base, judge, beam, scores, first)
         if not grown:
             break
         judge, base, grown, best = _recolour_pairs(s, judge, base, grown, best)
@@ -117,9 +119,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
     )
 
 
-def _deserved(
-    s: Setting, judge: Judge, parents: Sequence[Fit], fits: list[Fit]
-) -> tuple[Judge, list[Fit]]:
+def _deserved(s: Setting, judge: Judge, parents: Sequence[Fit], fits: list[Fit]) -> tuple[Judge, list[Fit]]:
     """Take from the best of `fits` what errors of the motion give them beside the parent they grew from."""
     if judge.temper > 1.0 or not s.model.is_time_model or not motion_matters(s.series):
         return judge, fits
@@ -159,7 +159,10 @@ def _gains(s: Setting, judge: Judge, old: Fit, new: Fit) -> bool:
     if judge.temper > 1.0:
         return old.bic - new.bic > ALARM and new.chi2 < WORTH * old.chi2
     undeserved = judge.excess.get(new.hypothesis.key, 0.0) - judge.excess.get(old.hypothesis.key, 0.0)
-    return old.bic - new.bic > ALARM + max(0.0, undeserved) and _own_colour(s, judge, old) - _own_colour(s, judge, new) > ALARM
+    return (
+        old.bic - new.bic > ALARM + max(0.0, undeserved)
+        and _own_colour(s, judge, old) - _own_colour(s, judge, new) > ALARM
+    )
 
 
 def _own_colour(s: Setting, judge: Judge, f: Fit) -> float:
@@ -241,10 +244,46 @@ def _recolour_pairs(
     )
 
 
-def _grow(s: Setting, base: Fit, judge: Judge, beam: Sequence[Fit], scores: Sequence[Score]) -> list[Fit]:
-    """Hypotheses with one effect more than those of the beam: the most promising by their score beside the
-    fit's."""
-    wanted: list[tuple[float, Fit, Score, dict[str, float]]] = []
+def _grow(
+    s: Setting, base: Fit, judge: Judge, beam: Sequence[Fit], scores: Sequence[Score], first: Sequence[Fit]
+) -> list[Fit]:
+    """Hypotheses with one effect more than those of the beam, fitted."""
+    chosen = _promising(s, base, judge, beam, scores)
+    if beam and len(beam[0].ids) == 1:
+        for key, grown in _companions(beam, first).items():
+            chosen.setdefault(key, grown)
+    made = make_hypotheses(
+        s.model, s.case, s.series, [(*g.fit.hypothesis.added, g.addition) for g in chosen.values()]
+    )
+    fits = []
+    for h in made:
+        g = chosen[h.key]
+        starts = [h.place(g.fit.hypothesis, g.fit.theta, v) for v in g.values]
+        if g.other is not None:
+            own = dict(zip(g.fit.hypothesis.names, g.fit.theta, strict=True))
+            starts.append(h.place(g.other.hypothesis, g.other.theta, _only(own, g.fit)))
+        fits.append(judge.fit(h, starts))
+    return fits
+
+
+@dataclass(frozen=True, eq=False)
+class Grown:
+    """A fit and the effect to be added to it, from these values; `other`: a fit with this effect alone."""
+
+    fit: Fit
+    addition: Addition
+    values: tuple[Mapping[str, float], ...]
+    other: Fit | None = None
+
+
+Key = frozenset[tuple[str, str, int]]
+
+
+def _promising(
+    s: Setting, base: Fit, judge: Judge, beam: Sequence[Fit], scores: Sequence[Score]
+) -> dict[Key, Grown]:
+    """The effects that by their score beside the beam's fits promise most."""
+    wanted: list[tuple[float, Grown]] = []
     for f in beam:
         tangent = Tangent.of(*judge.tangent(f))
         inner = f.theta[[f.hypothesis.names.index(n) for n in base.hypothesis.names]]
@@ -258,19 +297,36 @@ def _grow(s: Setting, base: Fit, judge: Judge, beam: Sequence[Fit], scores: Sequ
             again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 1, points)
             reach = f.bic - SLACK * again.gain - beam[0].bic
             if again.starts and reach < -ALARM:
-                wanted.append((-reach, f, x, dict(again.starts[0][1])))
-    wanted.sort(key=lambda w: -w[0])
-    chosen: dict[frozenset[tuple[str, str, int]], tuple[Fit, Score, dict[str, float]]] = {}
-    for _, f, x, values in wanted:
-        key = f.hypothesis.key | {x.addition.key}
-        if key not in chosen and len(chosen) < s.pairs * (2 if len(f.ids) == 1 else 1):
-            chosen[key] = (f, x, values)
-    made = make_hypotheses(
-        s.model, s.case, s.series, [(*f.hypothesis.added, x.addition) for f, x, _ in chosen.values()]
-    )
-    fits = []
-    for h in made:
-        f, x, values = chosen[h.key]
-        starts = [h.place(f.hypothesis, f.theta, v) for v in (values, *(dict(v) for _, v in x.starts[:2]))]
-        fits.append(judge.fit(h, starts))
-    return fits
+                tried = (again.starts[0][1], *(v for _, v in x.starts[:2]))
+                wanted.append((reach, Grown(f, x.addition, tried)))
+    wanted.sort(key=lambda w: w[0])
+    chosen: dict[Key, Grown] = {}
+    for _, g in wanted:
+        key = g.fit.hypothesis.key | {g.addition.key}
+        if key not in chosen and len(chosen) < s.pairs * (2 if len(g.fit.ids) == 1 else 1):
+            chosen[key] = g
+    return chosen
+
+
+def _companions(beam: Sequence[Fit], first: Sequence[Fit]) -> dict[Key, Grown]:
+    """Single effects that explain much alone, beside those of the beam of another family.
+
+    A score can miss them: beside a partner that has taken over their part, or with the wrong law, their
+    derivative points the wrong way.
+    """
+    best: dict[str, Fit] = {}
+    for f in sorted(first, key=lambda f: f.bic):
+        best.setdefault(f.hypothesis.added[0].family, f)
+    chosen: dict[Key, Grown] = {}
+    for f in beam:
+        for g in list(best.values())[:COMPANIONS]:
+            a = g.hypothesis.added[0]
+            if a.family != f.hypothesis.added[0].family and a.id not in f.ids:
+                values = _only(dict(zip(g.hypothesis.names, g.theta, strict=True)), g)
+                chosen.setdefault(f.hypothesis.key | {a.key}, Grown(f, a, (values,), g))
+    return chosen
+
+
+def _only(values: Mapping[str, float], f: Fit) -> dict[str, float]:
+    """Those of `values` that belong to the effects of a fit."""
+    return {k: v for k, v in values.items() if any(k.startswith(f"{i}_") for i in f.ids)}

@@ -39,8 +39,13 @@ def _within(x: Any, g: Any) -> Any:
 
 
 def _backlash(model: Model, port: Port, p: Values) -> Model:
+    """Spring, friction and dashpot behind the play."""
+    return _play(model, port, p["g"], dashpot=True)
+
+
+def _play(model: Model, port: Port, g: Any, dashpot: bool) -> Model:
     z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
-    g, unit = p["g"], unit_of(model, port["z"])
+    unit = unit_of(model, port["z"])
     lag = Symbol("backlash_lag", real=True)  # of the driven side behind the driving one, within ±g
 
     def play(lag: Any, dz: Any) -> Any:
@@ -58,7 +63,7 @@ def _backlash(model: Model, port: Port, p: Values) -> Model:
         unit=unit,
         text="lag of the driven side",
     )
-    touching = Piecewise((1, Abs(lag) >= g), (0, True))
+    touching = Piecewise((1, Abs(lag) >= g), (0, True)) if dashpot else 1
     motion = {"z": z + lag, "v": v * touching, "z_prev": z_prev + before, "z_turn": z_turn + turn}
     return moved(model, port, (turn, before, state), motion)
 
@@ -71,6 +76,18 @@ backlash = Effect(
     (Strength("g", "{z}", text="half of the play", scale="displacement", low=0.01, high=0.3),),
     _backlash,
     needs=MOTION,
+)
+
+
+loose_spring = Effect(
+    "backlash",
+    ("displacement",),
+    "the linkage of spring and friction has play; the dashpot is driven all the same",
+    backlash.source,
+    (Strength("g_s", "{z}", text="half of the play", scale="displacement", low=0.01, high=0.3),),
+    lambda model, port, p: _play(model, port, p["g_s"], dashpot=False),
+    needs=MOTION,
+    common=0.5,
 )
 
 
@@ -107,4 +124,4 @@ def _stop(side: int) -> Effect:
     )
 
 
-EFFECTS = (backlash, dead_zone, _stop(1), _stop(-1))
+EFFECTS = (backlash, loose_spring, dead_zone, _stop(1), _stop(-1))

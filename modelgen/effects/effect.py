@@ -159,8 +159,8 @@ def add(what: Callable[[Port, Values], Any]) -> Apply:
 
 
 def add_impedance(what: Callable[[Port, Values], Any]) -> Apply:
-    """Add a mechanical impedance, force over velocity, at a port of kind mechanical_impedance or stiffness.
-    """
+    """Add a mechanical impedance, force over velocity, at a port of kind mechanical_impedance or
+    stiffness."""
     return add(lambda at, p: what(at, p) * (j * at["omega"] if at.kind == "stiffness" else 1))
 
 

@@ -1,0 +1,102 @@
+"""Outliers that are no accidents: a sensor that saturates, and the mains in a sweep."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from modelgen.diagnose.generic import Leftover
+from modelgen.fit.series import Array, Series
+
+MAINS = (50.0, 60.0)
+ORDERS = (1, 2, 3, 5, 7)
+"""Harmonics in which the mains are strong."""
+HITS = 3
+"""Lines, over all sweeps, that make the mains."""
+LOUD = 25.0
+"""|e|² of a whitened sample that is 5 standard deviations off."""
+FEW = 4
+"""Outliers at the top of a record that make a plateau."""
+LONE = 3
+"""Frequencies too few to carry a claim."""
+BROAD = 0.2
+"""Share of the evidence that must be found elsewhere."""
+TOP = 0.01
+"""Share of a record that is its top."""
+
+
+def saturation(series: Sequence[Series], white: Sequence[Array], marks: Sequence[Array]) -> Leftover | None:
+    """A plateau: outliers of one sign at one end of a record, all at one value, which the model exceeds."""
+    for s, e, m in zip(series, white, marks, strict=True):
+        at = np.flatnonzero(m)
+        x = s.data[0]
+        for side in (1.0, -1.0):
+            end = at[side * x[at] >= np.quantile(side * x, 1 - TOP)]
+            beyond = np.flatnonzero(side * e[0] > 0)  # e = model − data over noise
+            end = np.intersect1d(end, beyond)
+            if len(end) < FEW:
+                continue
+            spread = float(np.ptp(x[end])) * float(np.mean(np.abs(s.whitener.weight[0][end])))
+            if spread < np.sqrt(LOUD) < 0.7 * float(np.max(side * e[0][end])):
+                level = float(np.median(x[end]))
+                says = (
+                    f"the record does not go beyond {level:.4g} {s.unit}: its sensor or amplifier saturates"
+                )
+                return Leftover(float(np.sum(e[0][end] ** 2)), float(np.sum(e[0][end] ** 2)), "force", says)
+    return None
+
+
+def mains(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftover | None, list[Array]]:
+    """A line at a multiple of 50 or 60 Hz that sweeps have in common, or several in one; and its samples.
+
+    f: (n,) frequencies of each sweep; white: (channels, n) whitened residuals. Single outliers fall on a
+    harmonic now and then, HITS of them, two on the same one, hardly ever.
+    """
+    for base in MAINS:
+        found = [_on_lines(x, np.sum(e**2, axis=0), base) for x, e in zip(f, white, strict=True)]
+        hits = np.array([[n in lines for n in ORDERS] for lines in found])
+        if hits.sum() < HITS or (len(f) > 1 and hits.sum(axis=0).max() < 2):
+            continue
+        marks = [np.any([lines[n] for n in lines] or [np.zeros(len(x), bool)], axis=0)
+                 for x, lines in zip(f, found, strict=True)]  # fmt: skip
+        size = float(sum(np.sum(e[:, m] ** 2) for e, m in zip(white, marks, strict=True)))
+        where = ", ".join(f"{base * n:.0f}" for n, some in zip(ORDERS, hits.any(axis=0), strict=True) if some)
+        says = f"lines at {where} Hz and nothing beside them: mains of {base:.0f} Hz, picked up on the way"
+        return Leftover(size, size, port, says), marks
+    return None, [np.zeros(len(x), dtype=bool) for x in f]
+
+
+def lone(f: Sequence[Array], before: Sequence[Array], after: Sequence[Array], port: str) -> Leftover | None:
+    """Evidence that stands on LONE frequencies of sweeps: a line narrower than the samples can resolve.
+
+    before, after: (channels, n) whitened residuals without and with what is claimed.
+    """
+    all_f = np.concatenate(f)
+    gain = np.concatenate([np.sum(b**2 - a**2, axis=0) for b, a in zip(before, after, strict=True)])
+    if all_f.size < 10 * LONE:
+        return None
+    places, which = np.unique(np.round(np.log(all_f), 4), return_inverse=True)
+    at = np.bincount(which, gain, len(places))
+    top = np.argsort(at)[::-1][:LONE]
+    total = float(np.sum(at))
+    if total - float(np.sum(at[top])) > BROAD * total:
+        return None
+    says = f"something at {np.exp(places[top[0]]):.4g} Hz that is narrower than the samples can resolve"
+    return Leftover(total, total, port, says)
+
+
+def _on_lines(f: Array, power: Array, base: float) -> dict[int, Array]:
+    """Orders of `base` on which a sweep is loud, and quiet beside; with the samples that each spoils, (n,)
+    bool."""
+    quiet = float(np.median(power)) / 1.39 or 1.0  # the median of a χ² of two degrees is 1.39
+    p = power / quiet
+    found = {}
+    for n in ORDERS:
+        away = np.abs(f - n * base)
+        nearest = np.argsort(away)[:3]
+        beside = (away > base / 5) & (away < base / 2)
+        loud = np.max(p[nearest]) > LOUD and away[nearest[0]] < base / 8
+        if loud and not (beside.any() and np.median(p[beside]) > 4):
+            found[n] = away < max(base / 8, 1.01 * away[nearest[0]])
+    return found

@@ -1,0 +1,85 @@
+"""Outliers that are no accidents: saturation of a force record, and the mains in impedance sweeps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from modelgen.diagnose.oddities import lone, mains, saturation
+from modelgen.fit.series import Series, Whitener
+
+SIGMA = 2e-3
+
+
+def _force(clip: float | None, seed: int = 0) -> tuple[Series, np.ndarray, np.ndarray]:
+    """A sine of 1 N with noise, its whitened residual against the true sine, and the samples beyond 6 σ."""
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0, 8, 4000)
+    true = np.sin(2 * np.pi * t)
+    seen = (np.minimum(true, clip) if clip else true) + SIGMA * rng.standard_normal(t.size)
+    white = ((true - seen) / SIGMA)[None]
+    s = Series("a", "fit", {"t": t}, seen[None], "real", (0,), "N", Whitener(np.full((1, t.size), 1 / SIGMA)))
+    return s, white, np.abs(white[0]) > 6
+
+
+def test_a_clipped_record_is_told_with_its_level() -> None:
+    s, white, marks = _force(clip=0.98)
+    found = saturation([s], [white], [marks])
+    assert found is not None and found.port == "force"
+    assert "0.98" in found.says
+
+
+def test_gross_errors_are_no_saturation() -> None:
+    s, white, _ = _force(clip=None)
+    rng = np.random.default_rng(1)
+    hit = rng.random(s.n) < 0.01
+    gross = hit * rng.choice([-1.0, 1.0], s.n) * 30.0
+    from dataclasses import replace
+
+    s = replace(s, data=s.data + SIGMA * gross)
+    assert saturation([s], [white - gross], [hit]) is None
+
+
+def _sweeps(count: int, hum: float, base: float, seed: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    rng = np.random.default_rng(seed)
+    f = [np.geomspace(20, 5000, 300)[:: 1 if k % 2 == 0 else -1] for k in range(count)]
+    white = []
+    for x in f:
+        e = rng.standard_normal((2, len(x)))
+        for n in (1, 3, 5):
+            e[0, int(np.argmin(np.abs(x - n * base)))] += hum / n
+        white.append(e)
+    return f, white
+
+
+@pytest.mark.parametrize("base", [50.0, 60.0])
+def test_mains_in_two_sweeps_are_told_with_their_frequency(base: float) -> None:
+    f, white = _sweeps(2, 20.0, base, seed=0)
+    found, marks = mains(f, white, "electrical")
+    assert found is not None and f"mains of {base:.0f} Hz" in found.says
+    for x, m in zip(f, marks, strict=True):
+        assert m[np.argmin(np.abs(x - base))]
+        assert m.mean() < 0.1
+
+
+def test_noise_and_scattered_gross_errors_are_no_mains() -> None:
+    alarms = 0
+    for seed in range(60):
+        f, white = _sweeps(3, 0.0, 50.0, seed)
+        rng = np.random.default_rng(1000 + seed)
+        for e in white:
+            e[:, rng.random(e.shape[1]) < 0.01] += 20.0
+        alarms += mains(f, white, "electrical")[0] is not None
+    assert alarms <= 2
+
+
+@pytest.mark.parametrize(("width", "narrow"), [(0.002, True), (0.1, False)])
+def test_a_claim_needs_more_than_a_few_frequencies(width: float, narrow: bool) -> None:
+    rng = np.random.default_rng(0)
+    f = [np.geomspace(20, 5000, 300)] * 2
+    noise = [rng.standard_normal((2, 300)) for _ in f]
+    line = 8 / (1 + (np.log(f[0] / 300) / width) ** 2)
+    found = lone(f, [e + line for e in noise], noise, "mechanical")
+    assert (found is not None) == narrow
+    if found is not None:
+        assert "Hz" in found.says
