@@ -13,6 +13,7 @@ from modelgen.diagnose.noise import correlation_length, local_level
 from modelgen.diagnose.refit import Fit, Judge, refine
 from modelgen.diagnose.replica import motion_matters, replicas, undeserved
 from modelgen.diagnose.screen import Score, Tangent, score
+from modelgen.diagnose.smooth_error import smooth_error, with_smooth
 from modelgen.fit.colour import coloured
 from modelgen.fit.series import Array, Series
 from modelgen.language import Model
@@ -172,7 +173,11 @@ def _own_colour(s: Setting, judge: Judge, f: Fit) -> float:
     own = coloured(plain, white, s.colour)
     innovations = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(own)]
     orders = sum(0 if w.ar is None else len(w.ar) - 1 for w in own)
-    return bic(innovations, judge.prior, f.parameters, orders, robust=True)
+    found = bic(innovations, judge.prior, f.parameters, orders, robust=True)
+    if s.model.is_time_model:
+        return found
+    gain, _ = smooth_error(judge, f)
+    return min(found, bic(white, judge.prior, f.parameters, robust=True) - gain)
 
 
 def _screen(
@@ -215,6 +220,10 @@ def _recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Jud
     if _gross(s, white):
         new = Judge(plain, judge.prior, correlation_length(white), judge.excess)
         return new, new.look(base.hypothesis, base.theta), [new.look(f.hypothesis, f.theta) for f in fits]
+    smooth = None if s.model.is_time_model else smooth_error(judge, best)[1]
+    if smooth is not None:
+        lnf = [np.log(x.inputs[s.model.axis]) for x in s.series]
+        return _judged_anew(s, replace(judge, whiteners=with_smooth(plain, lnf, smooth)), base, fits)
     filters = coloured(plain, white, s.colour)
     uneven = [
         local_level(w.colour(e)) if s.model.is_time_model else np.ones(e.shape[1])
@@ -226,7 +235,11 @@ def _recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Jud
         filters = coloured(plain, white, s.colour)
     if all(w.ar is None for w in filters) and all(np.all(u == 1) for u in uneven):
         return judge, base, fits
-    new = replace(judge, whiteners=filters)
+    return _judged_anew(s, replace(judge, whiteners=filters), base, fits)
+
+
+def _judged_anew(s: Setting, new: Judge, base: Fit, fits: Sequence[Fit]) -> tuple[Judge, Fit, list[Fit]]:
+    """The best of `fits` and the base fitted again under a new judge, the rest looked at."""
     rough = sorted((new.look(f.hypothesis, f.theta) for f in fits), key=lambda f: f.bic)
     fitted = refine(new, rough[: s.refits]) + rough[s.refits :]
     return new, refine(new, [base])[0], fitted
