@@ -55,13 +55,15 @@ def mains(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftov
     """
     for base in MAINS:
         found = [_on_lines(x, np.sum(e**2, axis=0), base) for x, e in zip(f, white, strict=True)]
-        hits = np.array([[n in lines for n in ORDERS] for lines in found])
+        hits: Array = np.array([[n in lines for n in ORDERS] for lines in found])
         if hits.sum() < HITS or (len(f) > 1 and hits.sum(axis=0).max() < 2):
             continue
-        marks = [np.any([lines[n] for n in lines] or [np.zeros(len(x), bool)], axis=0)
-                 for x, lines in zip(f, found, strict=True)]  # fmt: skip
+        marks = [
+            np.asarray(sum(lines.values(), np.zeros(len(x), dtype=bool)), dtype=bool)
+            for x, lines in zip(f, found, strict=True)
+        ]
         size = float(sum(np.sum(e[:, m] ** 2) for e, m in zip(white, marks, strict=True)))
-        where = ", ".join(f"{base * n:.0f}" for n, some in zip(ORDERS, hits.any(axis=0), strict=True) if some)
+        where = ", ".join(f"{base * n:.0f}" for k, n in enumerate(ORDERS) if hits[:, k].any())
         says = f"lines at {where} Hz and nothing beside them: mains of {base:.0f} Hz, picked up on the way"
         return Leftover(size, size, port, says), marks
     return None, [np.zeros(len(x), dtype=bool) for x in f]

@@ -176,8 +176,8 @@ def _own_colour(s: Setting, judge: Judge, f: Fit) -> float:
     found = bic(innovations, judge.prior, f.parameters, orders, robust=True)
     if s.model.is_time_model:
         return found
-    gain, _ = smooth_error(judge, f)
-    return min(found, bic(white, judge.prior, f.parameters, robust=True) - gain)
+    plain_bic, gain, _ = smooth_error(judge, f)
+    return plain_bic - max(gain, bic(white, judge.prior, f.parameters, robust=True) - found)
 
 
 def _screen(
@@ -220,7 +220,7 @@ def _recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Jud
     if _gross(s, white):
         new = Judge(plain, judge.prior, correlation_length(white), judge.excess)
         return new, new.look(base.hypothesis, base.theta), [new.look(f.hypothesis, f.theta) for f in fits]
-    smooth = None if s.model.is_time_model else smooth_error(judge, best)[1]
+    smooth = None if s.model.is_time_model else smooth_error(judge, best)[2]
     if smooth is not None:
         lnf = [np.log(x.inputs[s.model.axis]) for x in s.series]
         return _judged_anew(s, replace(judge, whiteners=with_smooth(plain, lnf, smooth)), base, fits)

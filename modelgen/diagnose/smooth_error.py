@@ -19,8 +19,8 @@ LENGTHS = (0.15, 0.3, 0.6, 1.2)
 """Correlation lengths in ln f that are tried."""
 SIZES = (0.35, 0.7, 1.4, 2.8, 5.6)
 """Sizes in standard deviations of the independent noise."""
-SURE = 10.0
-"""ΔBIC that the process must gain to be taken into the noise."""
+SURE = 20.0
+"""ΔBIC that the process must gain to be taken into the noise: forty of them are tried."""
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,15 @@ class Smooth:
     shared: bool
 
 
-def smooth_error(judge: Judge, fit: Fit) -> tuple[float, Smooth | None]:
-    """(BIC gained by the best process, that process) of impedance sweeps whose noise has none stated."""
+def smooth_error(judge: Judge, fit: Fit) -> tuple[float, float, Smooth | None]:
+    """(BIC with white noise, what the best process gains, that process) of sweeps for which none is stated.
+
+    White or not, the fit's parameters follow at first order. Errors of many times the noise are rare: −2 ln
+    of their prior is twice their size.
+    """
     e = fit.hypothesis.experiment
     if e.model.axis is None or any(s.measure == "real" or s.whitener.root is not None for s in e.series):
-        return 0.0, None
+        return fit.bic, 0.0, None
     plain = tuple(replace(w, root=None, ar=None, band=None, undo=None) for w in judge.whiteners)
     r, J = e.linearised(fit.theta, plain)
     lnf = [np.log(s.inputs[e.model.axis]) for s in e.series]
@@ -48,15 +52,16 @@ def smooth_error(judge: Judge, fit: Fit) -> tuple[float, Smooth | None]:
     n = int(np.count_nonzero(used))
     q, _ = np.linalg.qr(np.where(used[:, None], J, 0.0) / np.maximum(np.linalg.norm(J, axis=0), 1e-300))
     left = float(np.sum((r - q @ (q.T @ r)) ** 2))
-    none, found = n * float(np.log(left / n)), (0.0, None)  # type: tuple[float, tuple[float, Smooth | None]]
+    none = n * float(np.log(left / n))
+    gained, found = 0.0, None  # type: tuple[float, Smooth | None]
     for shared in (False, True) if len(lnf) > 1 else (False,):
         for length in LENGTHS:
             B = size[:, None] * _modes(lnf, channels, length, shared)
             for rms, d in _deviances(r, q, B, n):
-                gain = none - d - 2 * float(np.log(n))
-                if gain > max(found[0], SURE):
-                    found = (gain, Smooth(rms, length, shared))
-    return found
+                gain = none - d - 2 * float(np.log(n)) - 2 * rms
+                if gain > max(gained, SURE):
+                    gained, found = gain, Smooth(rms, length, shared)
+    return none + fit.parameters * float(np.log(n)) - 2 * fit.hypothesis.log_common, gained, found
 
 
 def _relative(size: Array, w: Whitener) -> Array:

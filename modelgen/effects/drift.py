@@ -10,7 +10,7 @@ from modelgen.language import Model, Parameter, Port, State, exp
 ANY = (-float("inf"), float("inf"))
 WARMS = "the stiffness changes in the course of the record, as the sample warms up"
 SETTLES = Shape(
-    "tau", "s", "duration", 0.1, 10.0, 5, text="time in which it settles; long for a steady drift"
+    "tau", "s", "duration", 0.3, 10.0, 4, text="time in which it settles; long for a steady drift"
 )
 
 

@@ -150,7 +150,7 @@ swinging_mass = Effect(
     _swinging,
     (
         Shape("omega_2", "rad/s", "omega", 3.0, 1.5, 16, text="its resonance when its foot is held"),
-        Shape("Q", "1", "1", 1.0, 50.0, 3, text="its quality factor"),
+        Shape("Q", "1", "1", 3.0, 50.0, 3, text="its quality factor"),
     ),
     needs=("a", "t", "t_prev"),
 )
