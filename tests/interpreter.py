@@ -37,7 +37,10 @@ def _dahl_step(u: Any, x: Any, b: float) -> Any:
 def _bouc_wen_step(q: float, x: float, n: float, sigma: float) -> float:
     done = solve_ivp(
         lambda _, q: 1 - (1 if q[0] > 0 else 1 - 2 * sigma) * abs(q[0]) ** n,
-        (0, x), [q], rtol=1e-12, atol=1e-14,
+        (0, x),
+        [q],
+        rtol=1e-12,
+        atol=1e-14,
     )
     return float(done.y[0][-1])
 

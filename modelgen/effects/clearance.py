@@ -40,24 +40,23 @@ def _within(x: Any, g: Any) -> Any:
 
 def _backlash(model: Model, port: Port, p: Values) -> Model:
     """Spring, friction and dashpot behind the play."""
-    return _play(model, port, p["g"], dashpot=True)
+    return _play(model, port, p["g"], "backlash", dashpot=True)
 
 
-def _play(model: Model, port: Port, g: Any, dashpot: bool) -> Model:
+def _play(model: Model, port: Port, g: Any, name: str, dashpot: bool) -> Model:
     z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
     unit = unit_of(model, port["z"])
-    lag = Symbol("backlash_lag", real=True)  # of the driven side behind the driving one, within ±g
+    lag = Symbol(f"{name}_lag", real=True)  # of the driven side behind the driving one, within ±g
 
     def play(lag: Any, dz: Any) -> Any:
         """The lag after the driving side has gone dz in one direction."""
         return _within(lag - dz, g)
 
-    turn = Equation(
-        "backlash_turn", play(lag, z_turn - z_prev), unit, text="lag where the driving side turns"
-    )
-    before = Equation("backlash_before", lag, unit, text="lag at the sample before")
+    turned = play(lag, z_turn - z_prev)
+    turn = Equation(f"{name}_turn", turned, unit, text="lag where the driving side turns")
+    before = Equation(f"{name}_before", lag, unit, text="lag at the sample before")
     state = State(
-        "backlash_lag",
+        lag.name,
         -g * sign(at_start(model, port["v"])),  # in touch from the start
         play(turn.symbol, z - z_turn),
         unit=unit,
@@ -85,7 +84,7 @@ loose_spring = Effect(
     "the linkage of spring and friction has play; the dashpot is driven all the same",
     backlash.source,
     (Strength("g_s", "{z}", text="half of the play", scale="displacement", low=0.01, high=0.3),),
-    lambda model, port, p: _play(model, port, p["g_s"], dashpot=False),
+    lambda model, port, p: _play(model, port, p["g_s"], "loose", dashpot=False),
     needs=MOTION,
     common=0.5,
 )
