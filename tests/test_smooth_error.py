@@ -1,0 +1,81 @@
+"""A Gaussian process that was not stated, against dense matrices; what motion errors give, against records."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import modelgen.models
+from modelgen.diagnose.diagnosis import prepare, set_up
+from modelgen.diagnose.hypothesis import make_hypotheses
+from modelgen.diagnose.replica import motion_matters, on, replicas, undeserved
+from modelgen.diagnose.smooth_error import SIZES, Smooth, _deviances, _modes, smooth_error, with_smooth
+from modelgen.effects import CATALOGUE
+from modelgen.fit.series import Whitener, signature_of
+from modelgen.recordings import load_case, read_case_file
+from modelgen.truths import draw, write_case
+
+RNG = np.random.default_rng(3)
+
+
+def _kernel(x: np.ndarray, length: float) -> np.ndarray:
+    return np.exp(-0.5 * ((x[:, None] - x[None, :]) / length) ** 2)
+
+
+def test_likelihoods_are_those_of_the_dense_covariance() -> None:
+    x = np.linspace(3, 8, 120)
+    B = _modes([x], [1], 0.6, shared=False)
+    assert np.allclose(B @ B.T, _kernel(x, 0.6), atol=0.03)  # interpolated between knots
+    r, J = RNG.standard_normal(120), np.linalg.qr(RNG.standard_normal((120, 3)))[0]
+    for rms, got in _deviances(r, J, B, 120):
+        inverse = np.linalg.inv(np.eye(120) + rms**2 * B @ B.T)
+        free = J @ np.linalg.solve(J.T @ inverse @ J, J.T @ inverse @ r)
+        left = (r - free) @ inverse @ (r - free)
+        wanted = 120 * np.log(left / 120) - np.linalg.slogdet(inverse)[1]
+        assert got == pytest.approx(wanted, abs=0.05)
+
+
+def test_an_error_shared_by_sweeps_is_the_same_in_all_and_apart_in_real_and_imaginary() -> None:
+    x = np.linspace(3, 8, 40)
+    B = _modes([x, x], [2, 2], 0.6, shared=True)
+    K = (B @ B.T).reshape(4, 40, 4, 40)
+    assert np.allclose(K[0, :, 0], K[0, :, 2])
+    assert np.allclose(K[0, :, 1], 0)
+    B = _modes([x, x], [2, 2], 0.6, shared=False)
+    assert np.allclose((B @ B.T).reshape(4, 40, 4, 40)[0, :, 2], 0)
+
+
+def test_the_process_whitens_what_it_makes() -> None:
+    x = np.linspace(3, 8, 60)
+    w = with_smooth((Whitener(np.ones((1, 60))),), [x], Smooth(2.0, 0.6, shared=False))[0]
+    assert w.root is not None
+    K = np.eye(60) + 4 * _kernel(x, 0.6)
+    assert np.allclose(w.root @ K @ w.root.T, np.eye(60), atol=1e-9)
+
+
+@pytest.mark.parametrize(("noise", "found"), [("white", False), ("coloured", True)])
+def test_a_smooth_error_is_found_where_there_is_one(tmp_path: Path, noise: str, found: bool) -> None:
+    write_case(draw(7, kind="none", domain="impedance", noise=noise), tmp_path)
+    file = read_case_file(tmp_path / "case.toml")
+    model = modelgen.models.load(file.model)
+    ground = prepare(model, load_case(file, signature_of(model)), 0)
+    _, gain, process = smooth_error(ground.judge, ground.base)
+    assert (process is not None) is found
+    assert (gain > 0) is found
+    assert process is None or process.rms in SIZES
+
+
+def test_what_motion_errors_alone_give_is_told_by_records_without_the_effect(tmp_path: Path) -> None:
+    write_case(draw(11, kind="none", domain="force", noise="displacement"), tmp_path)
+    file = read_case_file(tmp_path / "case.toml")
+    model = modelgen.models.load(file.model)
+    case = load_case(file, signature_of(model))
+    ground = prepare(model, case, 0)
+    assert motion_matters(ground.series)
+    made = replicas(model, case, ground.base, seed=0)
+    again = ground.judge.fit(on(ground.base.hypothesis, made), [ground.base.theta])
+    assert again.chi2 == pytest.approx(sum(e.size for e in again.white), rel=0.15)
+    inertia = next(a for a in set_up(model, case, ground, CATALOGUE).additions if a.id == "inertia")
+    child = make_hypotheses(model, case, ground.series, [(inertia,)])[0]
+    fit = ground.judge.fit(child, [np.append(ground.base.theta, 0.0)])
+    assert 0 <= undeserved(ground.judge, ground.base, fit, made) < np.inf
