@@ -1,4 +1,4 @@
-"""A Gaussian process that was not stated, against dense matrices; what motion errors give, against records."""
+"""A Gaussian process that nobody stated, against dense matrices; what motion errors give, against records."""
 
 from pathlib import Path
 
