@@ -2,6 +2,8 @@
 
 import hashlib
 import json
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,11 +13,11 @@ import pytest
 
 from modelgen.cli import main
 from modelgen.errors import InputError
-from modelgen.prove import dictionary, discrepancy, keeper, oracle, scores
+from modelgen.prove import dictionary, discrepancy, keeper, oracle, scores, studies
 from modelgen.prove import run as running
 from modelgen.prove.diagnoser import Answer, Diagnoser
 from modelgen.prove.leave_out import leave_one_out
-from modelgen.prove.own import read_secret
+from modelgen.prove.own import opened, own_trials
 from modelgen.prove.plan import KIND_DECK, plan
 from modelgen.prove.real import EXAMPLE
 from modelgen.prove.records import Record, records, write_records
@@ -106,7 +108,7 @@ def test_a_diagnosing_process_that_hangs_or_dies_is_replaced(tmp_path):
         assert "case.toml" in diagnoser.diagnose(tmp_path / "case.toml").error  # a new one says what is wrong
 
 
-def run_listening(folder, monkeypatch, trials=2, after=lambda row: None):
+def run_listening(folder, monkeypatch, tasks=None, after=lambda row: None):
     monkeypatch.setattr(keeper, "rivals", lambda *_: {"diagnosis": {"before": 1.0, "holdout": 1.0}})
     ears = Listening()
 
@@ -132,7 +134,8 @@ def run_listening(folder, monkeypatch, trials=2, after=lambda row: None):
         events.append(("done", row["sha256"]))
         after(row)
 
-    rows = running.run(plan(trials, 1, ["white"], ["impedance"]), running.Room(folder), 1, 9.0, sealed, done)
+    tasks = tasks or plan(2, 1, ["white"], ["impedance"])
+    rows = running.run(tasks, running.Room(folder), 1, 9.0, sealed, done)
     return rows, ears, events
 
 
@@ -175,6 +178,7 @@ def row(**marks):
         "first": "inertia",
         "error": "",
         "named": True,
+        "extra": 0,
         "family": True,
         "set_size": 1,
         "wall": 1.0,
@@ -199,17 +203,59 @@ def test_goals_count_what_they_say():
     assert (told["power"].hits, told["power"].n) == (2, 2)  # d² of 35 asks for nothing
     assert (told["named, told"].hits, told["named, told"].n) == (2, 2)
     pair = row(effects=["inertia", "backlash"], first="backlash")
-    assert scores.confusion([pair, row(first="unknown_force")]) == {
+    assert studies.confusion([pair, row(first="unknown_force")]) == {
         ("backlash", "backlash"): 1, ("inertia", "unknown"): 1,
     }  # fmt: skip
-    bins = scores.calibration(
+    bins = studies.calibration(
         [row(claimed=0.9), row(claimed=0.88, named=False), row(claimed=0.3, named=False)]
     )
     assert [(round(b["stated"], 2), b["right"].hits, b["right"].n) for b in bins] == [
         (0.3, 0, 1),
         (0.89, 1, 2),
     ]
-    assert scores.expected_error(bins) == pytest.approx((0.3 + 2 * 0.39) / 3)
+    assert studies.expected_error(bins) == pytest.approx((0.3 + 2 * 0.39) / 3)
+
+
+def test_power_is_counted_over_d2_and_faint_effects_in_no_score():
+    faint = row(d2={"inertia": 10.0}, first="", named=False, family=False, rivals={"gp": {"found": True}})
+    rows = [faint, row(rivals={"gp": {"found": False}}), row(rivals={"gp": {"found": True}})]
+    assert scores.by_depth(faint) == scores.FAINT
+    assert {b["goal"].key: b["share"] for b in scores.board(rows)}["family"].n == 2
+    curve = studies.power(rows)
+    assert [(round(p["d2"]), p["found"].hits, p["found"].n) for p in curve["modelgen"]] == [
+        (10, 0, 1),
+        (100, 2, 2),
+    ]
+    assert [(p["found"].hits, p["found"].n) for p in curve["gp"]] == [(1, 1), (1, 2)]
+
+
+def test_a_tie_that_the_verdict_admits_is_told_from_an_error():
+    wrong = {"named": False, "first": "second_mode", "noise": "white", "index": 3}
+    rows = [row(**wrong, in_set=True), row(**wrong, in_set=False), row()]
+    (mixed,) = studies.mixed_up(rows)
+    assert (mixed["concealed"], mixed["named"], mixed["n"], mixed["said"]) == ("inertia", "second_mode", 2, 1)
+
+
+def test_a_file_that_the_diagnosis_should_not_read_is_noticed(tmp_path):
+    """In a process of its own, as an audit hook is there to stay."""
+    case = tmp_path / "case"
+    case.mkdir()
+    for path in (case / "rec_1.csv", tmp_path / "secret.json"):
+        path.write_text("f [Hz]")
+    script = (
+        "import sys; from pathlib import Path; from modelgen.prove.watch import Watch\n"
+        "watch, folder = Watch(), Path(sys.argv[1])\n"
+        "with watch.on(folder) as foreign:\n"
+        "    (folder / 'rec_1.csv').read_text(); (folder / 'own.txt').write_text('x')\n"
+        "    import decimal; open(sys.executable, 'rb').close()\n"
+        "    own = set(foreign)\n"
+        "    (folder.parent / 'secret.json').read_text()\n"
+        "print('\\n'.join(foreign))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, str(case)], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == [str(tmp_path / "secret.json")]
 
 
 def trace(t, z, white, holdout=False):
@@ -223,7 +269,7 @@ def test_simpler_methods_find_what_they_can_and_nothing_in_noise():
     noise = rng.standard_normal(len(t))
     for holdout, cubic in ((trace(t, z, noise + 4 * z**3, True), trace(t, z, noise + 4 * z**3)),):
         if dictionary.available():
-            found = dictionary.explain("force", [cubic], [holdout], {})
+            found = dictionary.explain([cubic], [holdout], {})
             assert found["found"]
             assert np.mean(found["rest"][0] ** 2) < 1.1
         gp = discrepancy.explain([cubic], [holdout])
@@ -305,19 +351,20 @@ def test_a_secret_of_ones_own_is_checked(tmp_path, capsys):
             json.dumps({"schema": "modelgen.secret/1", "effects": [], "case": "case.toml"} | fields)
         )
         with pytest.raises(InputError, match=message):
-            read_secret(path)
+            own_trials(path)
 
     refused("case is 'case.toml', the path")
     (tmp_path / "case.toml").write_text("")
     refused("effects is 'inertia', a list", effects="inertia")
     refused("no field 'efects', did you mean 'effects'", efects=[])
     refused("a table of true parameter values", base=3)
+    refused("no effect 'inertai', did you mean 'inertia'", effects=["inertai"])
     assert main(["prove", "--secret", str(tmp_path / "none.json")]) == 2
     assert capsys.readouterr().err.count("\n") == 1
     revealed = tmp_path / "revealed.json"
     revealed.write_text(draw(1, "single", "impedance", "inertia").to_json())
-    secret, _, case = read_secret(revealed)
-    assert (secret.effects, case) == (("inertia",), None)
+    (trial,) = own_trials(revealed)
+    assert (opened(trial.text, trial.sha256).effects, trial.case) == (("inertia",), None)
 
 
 def test_leave_one_out_of_the_papers_table():
@@ -326,6 +373,47 @@ def test_leave_one_out_of_the_papers_table():
     assert len(found) == 4
     assert all(0.09 < t.before < 0.115 and t.after < 0.018 for t in found)
     assert sorted(round(t.exponent, 2) for t in found) == [0.14, 0.15, 0.17, 0.17]
+
+
+def own_case(folder, **secret):
+    folder.mkdir()
+    for path in (EXAMPLE.parent / "concealed").iterdir():
+        (folder / path.name).write_bytes(path.read_bytes())
+    text = json.dumps(json.loads((folder / "secret.json").read_text()) | secret)
+    (folder / "secret.json").write_text(text)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def test_trials_of_ones_own_are_scored_when_their_secret_is_laid_open(tmp_path, monkeypatch):
+    """Three folders, one of them with the digest in the secret's place: diagnosed once, and scored later."""
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (tmp_path / "room" / "nothing").mkdir(parents=True)
+    digest = own_case(mine / "a")
+    own_case(mine / "b", effects=[])
+    assert own_case(mine / "c") == digest  # which the name tells apart
+    text = (mine / "c" / "secret.json").read_text()
+    (mine / "c" / "secret.json").unlink()
+    (mine / "c" / "secret.sha256").write_text(f"{digest}  secret.json\n")
+
+    def rows():
+        return run_listening(tmp_path / "room", monkeypatch, tasks=own_trials(mine))
+
+    first, ears, _ = rows()
+    assert [r["name"] for r in first] == ["a", "b", "c"]
+    assert all("secret.json" not in shown and "secret.sha256" not in shown for shown in ears.shown)
+    assert [r.get("withheld", False) for r in first] == [False, False, True]
+    assert [r.get("named") for r in scores.usable(first)] == [False, None]
+    assert first[1]["alarm"] is False
+    (mine / "c" / "secret.json").write_text(text)
+    then, ears, _ = rows()
+    assert not ears.told  # no verdict is given twice
+    assert then[2]["sha256"] == digest and then[2]["named"] is False
+    (mine / "c" / "secret.json").write_text(text + " ")
+    with pytest.raises(InputError, match="its SHA-256 is"):
+        own_trials(mine)
+    with pytest.raises(InputError, match=r"no folder in it holds a secret\.json"):
+        own_trials(tmp_path / "room" / "nothing")
 
 
 @pytest.mark.slow

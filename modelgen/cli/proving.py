@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json as jsons
 import os
+import signal
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -13,9 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 from modelgen.cli.console import check_output, console, table
 from modelgen.errors import InputError
-from modelgen.prove import about, scores
-from modelgen.prove.plan import plan
-from modelgen.prove.run import CASES, TRIALS, Room, run
+from modelgen.prove import about, scores, studies
+from modelgen.prove.own import Own, own_trials
+from modelgen.prove.plan import Task, plan
+from modelgen.prove.run import CASES, MEASURED, TRIALS, Room, missed, run
 from modelgen.truths.secret import DOMAINS, NOISES
 
 if TYPE_CHECKING:
@@ -27,7 +29,7 @@ QUICK = 12
 
 @dataclass(frozen=True)
 class Wish:
-    """What was asked for on the command line."""
+    """What was asked for on the command line. No trials: what the folder `keep` holds."""
 
     trials: int
     seed: int
@@ -37,6 +39,7 @@ class Wish:
     keep: Path
     limit: float
     real: Path | None
+    secret: Path | None
     html: Path | None
     json: Path | None
     markdown: Path | None
@@ -44,10 +47,18 @@ class Wish:
     @property
     def command(self) -> str:
         """The command that gives the same trials."""
+        if self.secret is not None:
+            return f"modelgen prove --secret {self.secret}"
         words = ["modelgen prove", f"--trials {self.trials}", f"--seed {self.seed}"]
         words += [f"--noise {','.join(self.noises)}"] if self.noises != NOISES else []
         words += [f"--domain {','.join(self.domains)}"] if self.domains != DOMAINS else []
         return " ".join(words)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What trials in one folder have in common."""
+        drawn = {"seed": self.seed, "noise": self.noises, "domain": self.domains}
+        return ({"secret": "own"} if self.secret else drawn) | {"code": about.fingerprint()}
 
 
 def prove_command(
@@ -55,11 +66,15 @@ def prove_command(
     secret: Path | None, noise: str, domain: str, keep: Path, real: Path, quick: bool, limit: float,
 ) -> int:  # fmt: skip
     """The command's options as a wish. Returns the exit status."""
-    if secret is not None:
+    if trials < 0 or jobs < 0:
+        raise InputError(f"--trials {trials}, --jobs {jobs}: no negative number is wanted")
+    if secret is not None and not secret.is_dir():
         return prove_secret(secret, json, limit)
+    measured = None if quick or secret is not None else real
     wish = Wish(
         QUICK if quick else trials, seed, jobs or os.cpu_count() or 1, _listed(noise) or NOISES,
-        _listed(domain) or DOMAINS, keep, limit, None if quick else real, html, json, markdown,
+        _listed(domain) or DOMAINS, keep if secret is None else keep / "own", limit, measured, secret,
+        html, json, markdown,
     )  # fmt: skip
     return prove(wish)
 
@@ -70,43 +85,63 @@ def _listed(text: str) -> tuple[str, ...]:
 
 def prove(wish: Wish) -> int:
     """Run the trials, print the scoreboard, write what was asked for. Returns the exit status."""
-    if wish.trials < 1 or wish.jobs < 1:
-        raise InputError(f"--trials {wish.trials}, --jobs {wish.jobs}: at least 1 is wanted")
     for path in (wish.html, wish.json, wish.markdown):
         check_output(path)
-    tasks = plan(wish.trials, wish.seed, wish.noises, wish.domains)
-    room = Room(wish.keep)
-    room.open({"seed": wish.seed, "noise": wish.noises, "domain": wish.domains, "code": about.fingerprint()})
-    to = console()
-    status = 0
-    with _progress(to, len(tasks), len(room.rows())) as (sealed, done):
-        try:
-            run(tasks, room, wish.jobs, wish.limit, sealed, done)
-        except KeyboardInterrupt:
-            to.print(
-                f"interrupted; what is done is in {room.folder}/{TRIALS}, the same command goes on from there"
-            )
-            status = 130
+    tasks: Sequence[Task | Own]
+    tasks = (
+        plan(wish.trials, wish.seed, wish.noises, wish.domains)
+        if not wish.secret
+        else own_trials(wish.secret)
+    )
+    room, to = Room(wish.keep), console()
+    if tasks:
+        room.open(wish.settings)
+    elif not room.rows():
+        raise InputError(f"--trials 0 shows what --keep holds, and {room.folder}/{TRIALS} holds no trial")
+    status = _work(wish, tasks, room, to)
     by_index = room.rows()
-    rows = [by_index[t.index] for t in tasks if t.index in by_index]
-    real = [] if status or wish.real is None else _real(wish.real, wish.limit, to)
+    rows = [by_index[t.index] for t in tasks if t.index in by_index] or list(by_index.values())
+    real = list(room.measured().values()) if wish.real is not None else []
     _show(rows, to, room)
-    _write(wish, rows, real)
+    _write(wish, rows, real, len(tasks))
     return status or int(any(r["error"] for r in rows))
+
+
+def _work(wish: Wish, tasks: Sequence[Task | Own], room: Room, to: Console) -> int:
+    """Make the trials, then diagnose the measured recordings; 130 where that was interrupted."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)  # to be ended is to be interrupted
+    ready = room.rows()
+    done_of = sum(t.index in ready for t in tasks)
+    try:
+        with _progress(to, len(tasks), done_of) as (sealed, done):
+            run(tasks, room, wish.jobs, wish.limit, sealed, done)
+        if tasks and wish.real is not None:
+            _measure(wish.real, room, wish.limit, to)
+    except KeyboardInterrupt:
+        to.print(
+            f"interrupted; what is done is in {room.folder}/{TRIALS}, the same command goes on from there"
+        )
+        return 130
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    return 0
 
 
 def prove_secret(path: Path, json: Path | None, limit: float) -> int:
     """One case with a secret of somebody's own."""
-    from modelgen.fit.result import write_atomically
-    from modelgen.prove.own import prove_own
+    from modelgen.files import write_atomically
 
     check_output(json)
     to = console()
-    with tempfile.TemporaryDirectory(prefix="case-") as scratch:
-        row = prove_own(path, Path(scratch), limit, lambda digest: to.print(f"sealed    {digest}"))
+    with tempfile.TemporaryDirectory(prefix="own-") as scratch:
+        (row,) = run(
+            own_trials(path), Room(Path(scratch)), 1, limit,
+            lambda row: to.print(f"sealed    {row['sha256']}"), lambda row: None,
+        )  # fmt: skip
     to.print("diagnosed " + (row["error"] or row["verdict"]["summary"]))
-    to.print("revealed  " + (" + ".join(row["effects"]) or "nothing is missing"))
-    to.print("scored    " + _marks(row))
+    if "withheld" not in row:
+        to.print("revealed  " + (" + ".join(row["effects"]) or "nothing is missing"))
+        to.print("scored    " + _marks(row))
     if json is not None:
         write_atomically(json, jsons.dumps(row, indent=1, ensure_ascii=False) + "\n")
     return int(bool(row["error"]))
@@ -138,33 +173,34 @@ def _progress(
         right = 0
 
         def sealed(row: Row) -> None:
-            out(f"{row['index']:5d} sealed   {row['sha256']}", highlight=False)
+            out(f"{_name(row)} sealed   {row['sha256']}", highlight=False, soft_wrap=True)
 
         def done(row: Row) -> None:
             nonlocal right
-            out(f"{row['index']:5d} revealed {_told(row)}", highlight=False)
-            right += not wrong(row)
+            out(f"{_name(row)} {_told(row)}", highlight=False, soft_wrap=True)
+            right += "hidden" not in row and "withheld" not in row and not missed(row)
             bar.update(task, advance=1, right=right)
 
         yield sealed, done
 
 
-def wrong(row: Row) -> bool:
-    from modelgen.prove.run import missed
-
-    return "hidden" not in row and missed(row)
+def _name(row: Row) -> str:
+    return str(row.get("name") or f"{row['index']:5d}")
 
 
 def _told(row: Row) -> str:
     """One line on a trial."""
     if "hidden" in row:
         return f"nothing: the base would hide it whatever its strength ({row['hidden']})"
+    first = row["error"] or " + ".join(e["id"] for e in row["verdict"]["effects"]) or "nothing"
+    if "withheld" in row:
+        return f"diagnosed {first}; the secret is withheld"
     law = f" ({row['variant']})" if row["variant"] else ""
     secret = (" + ".join(row["effects"]) or "nothing") + law
-    first = row["error"] or " + ".join(e["id"] for e in row["verdict"]["effects"]) or "nothing"
-    mark = "✗" if wrong(row) else "✓"
-    where = f"{row['domain']}, {row['noise']}, rms {row['ratio']:.2f} × noise"
-    return f"{mark} {secret} → {first}   [dim]{where}, {row['wall']:.1f} s[/dim]"
+    mark = "✗" if missed(row) else "✓"
+    where = f"{row['domain']}, {row['noise']}, rms {row['ratio']:.2f} × noise, "
+    where = "" if "name" in row else where
+    return f"revealed {mark} {secret} → {first}   [dim]{where}{row['wall']:.1f} s[/dim]"
 
 
 def _show(rows: Sequence[Row], to: Console, room: Room) -> None:
@@ -178,50 +214,57 @@ def _show(rows: Sequence[Row], to: Console, room: Room) -> None:
             shown.add_row(line["goal"].says, *cells, line["goal"].wanted, "✓" if line["met"] else "✗")
     to.print()
     to.print(shown)
-    cover = scores.coverage(good)
+    cover = studies.coverage(good)
     if cover.n:
         to.print(
             f"95 % intervals of parameters hold the true value in {100 * cover.value:.0f} % of {cover.n}"
         )
-    failed = [r for r in rows if r["error"]]
-    hidden = [r for r in rows if "hidden" in r]
     if good:
         took = f"{scores.seconds(good):.1f} s of one core, {scores.seconds(good, 'wall'):.1f} s passed"
         to.print(f"a diagnosis took {took} (medians)")
+    failed, hidden = sum(bool(r["error"]) for r in rows), sum("hidden" in r for r in rows)
     if failed or hidden:
-        to.print(f"{len(failed)} without a verdict, {len(hidden)} not drawn, as the base absorbs them")
-    to.print(f"trials are in {room.folder}/{TRIALS}, missed cases in {room.folder}/{CASES}")
+        to.print(f"{failed} without a verdict, {hidden} not drawn, as the base absorbs them")
+    if withheld := sum("withheld" in r for r in rows):
+        to.print(f"{withheld} diagnosed, to be scored when secret.json is laid beside the case")
+    to.print(f"trials are in {room.folder}/{TRIALS}, missed cases in {room.folder}/{CASES}", soft_wrap=True)
 
 
-def _real(data: Path, limit: float, to: Console) -> list[Row]:
-    """The measured recordings, one after another."""
+def _measure(data: Path, room: Room, limit: float, to: Console) -> None:
+    """Diagnose the measured recordings, one after another, but those that are done."""
     from modelgen.prove import real
     from modelgen.prove.diagnoser import Diagnoser
 
     there, missing = real.folders(data)
-    found = []
+    done = room.measured()
     with Diagnoser(limit) as diagnoser:
         for folder in there:
-            found.append(real.diagnose_real(folder, diagnoser))
-            ids = " + ".join(e["id"] for e in found[-1]["effects"]) or found[-1]["error"] or "nothing missing"
-            to.print(f"measured  {folder.name}: {ids}   ({found[-1]['seconds']:.1f} s)", highlight=False)
+            if folder.name in done:
+                continue
+            row = real.diagnose_real(folder, diagnoser)
+            room.add(MEASURED, jsons.dumps(row, ensure_ascii=False))
+            ids = " + ".join(e["id"] for e in row["effects"]) or row["error"] or "nothing missing"
+            to.print(
+                f"measured  {folder.name}: {ids}   ({row['seconds']:.1f} s)", highlight=False, soft_wrap=True
+            )
     if missing:
-        to.print(f"skipped, not in {data}: {', '.join(missing)}")
-    return found
+        to.print(f"skipped, not in {data}: {', '.join(missing)}", soft_wrap=True)
 
 
-def _write(wish: Wish, rows: Sequence[Row], real: Sequence[Row]) -> None:
-    from modelgen.fit.result import write_atomically
+def _write(wish: Wish, rows: Sequence[Row], real: Sequence[Row], wanted: int) -> None:
+    """The page, the scores and the note, of whatever is done."""
+    from modelgen.files import write_atomically
     from modelgen.prove.leave_out import leave_one_out
     from modelgen.prove.real import EXAMPLE
 
     if not (wish.html or wish.json or wish.markdown):
         return
-    facts = {"command": wish.command, "seed": wish.seed, "code": about.fingerprint(),
-             "versions": about.versions(), "machine": about.machine()}  # fmt: skip
+    drawn = "cases of somebody's own" if wish.secret else f"seed {wish.seed}"
+    facts = about.facts() | {"command": wish.command, "seed": wish.seed, "drawn": drawn, "wanted": wanted}
+    facts["own"] = wish.secret is not None
     left = [vars(x) for x in leave_one_out(EXAMPLE)] if wish.real is not None else []
     if wish.json:
-        whole = scores.to_json(rows, facts) | {"measured": list(real), "leave_one_out": left}
+        whole = studies.to_json(rows, facts) | {"measured": list(real), "leave_one_out": left}
         write_atomically(wish.json, jsons.dumps(whole, indent=1, ensure_ascii=False) + "\n")
     if wish.html:
         from modelgen.prove.page import page

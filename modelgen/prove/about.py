@@ -8,9 +8,13 @@ import platform
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
 import modelgen
 
+PAGES = ("about", "gallery", "leave_out", "note", "page", "pictures", "real", "scores", "studies")
+SHOWING = {"cli", "export", "papers", "report", *(f"prove/{name}.py" for name in PAGES)}
+"""What only shows an outcome, so that a run can go on after it was improved."""
 PACKAGES = ("numpy", "scipy", "sympy", "casadi", "pysindy")
 
 
@@ -27,14 +31,21 @@ def versions() -> dict[str, str]:
 
 @cache
 def fingerprint() -> str:
-    """The first 12 digits of the SHA-256 of all of modelgen's own Python."""
+    """The first 12 digits of the SHA-256 of the Python that a trial's outcome depends on."""
     root = Path(modelgen.__file__).parent
     whole = hashlib.sha256()
     for path in sorted(root.rglob("*.py")):
-        whole.update(str(path.relative_to(root)).encode() + b"\0" + path.read_bytes())
+        name = path.relative_to(root)
+        if name.parts[0] not in SHOWING and name.as_posix() not in SHOWING:
+            whole.update(name.as_posix().encode() + b"\0" + path.read_bytes())
     return whole.hexdigest()[:12]
 
 
 def machine() -> str:
     """What it ran on, in a few words."""
     return f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
+
+
+def facts() -> dict[str, Any]:
+    """All of it, for a page."""
+    return {"code": fingerprint(), "versions": versions(), "machine": machine()}

@@ -43,7 +43,7 @@ def rivals(secret: Secret, verdict: Mapping[str, Any], folder: Path) -> dict[str
         "gp": discrepancy.explain(fit, held),
     }
     if dictionary.available():
-        found["sindy"] = dictionary.explain(secret.domain, fit, held, verdict.get("parameters_before") or {})
+        found["sindy"] = dictionary.explain(fit, held, verdict.get("parameters_before") or {})
     ours = {"before": over(truth, [r.white for r in held]), "holdout": over(truth, after(held))}
     marked = {name: _marked(secret, m, over(truth, m["rest"])) for name, m in found.items()}
     return {"diagnosis": ours} | marked

@@ -8,6 +8,7 @@ import selectors
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -17,11 +18,13 @@ ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_
 
 @dataclass(frozen=True)
 class Answer:
-    """What went wrong, or "" and a verdict is in the folder; seconds that passed, and of processor time."""
+    """What went wrong, or "" and a verdict is in the folder; seconds that passed, and of processor time;
+    files that the process read outside the folder."""
 
     error: str
     seconds: float
     cpu: float = 0.0
+    foreign: Sequence[str] = ()
 
 
 class Diagnoser:

@@ -21,12 +21,10 @@ def available() -> bool:
     return find_spec("pysindy") is not None
 
 
-def explain(
-    domain: str, fit: Sequence[Record], held: Sequence[Record], base: Mapping[str, Any]
-) -> dict[str, Any]:
+def explain(fit: Sequence[Record], held: Sequence[Record], base: Mapping[str, Any]) -> dict[str, Any]:
     """Whether any term is kept (best threshold by BIC), the effect of the largest, and what is left of each
     held-out residual."""
-    parts = [_columns(domain, r, base) for r in fit]
+    parts = [_columns(r, base) for r in fit]
     names = list(parts[0][0])
     theta = np.concatenate([np.column_stack([terms[n] for n in names]) for terms, _ in parts])
     y = np.concatenate([target for _, target in parts])
@@ -36,7 +34,7 @@ def explain(
     coefficients = _sparsest(theta / size, y)
     rest = []
     for r in held:
-        terms, target = _columns(domain, r, base, whole=True)
+        terms, target = _columns(r, base, whole=True)
         left = target - np.column_stack([terms[n] for n in names]) / size @ coefficients
         rest.append(left.reshape(-1, len(r.data)))
     best = int(np.argmax(np.abs(coefficients)))
@@ -59,17 +57,17 @@ def _sparsest(theta: Array, y: Array) -> Array:
     return best
 
 
-def _columns(domain: str, r: Record, base: Mapping[str, Any], whole: bool = False) -> tuple[Terms, Array]:
+def _columns(r: Record, base: Mapping[str, Any], whole: bool = False) -> tuple[Terms, Array]:
     """Terms, each under the id of the effect that it is, and the residual; both over the noise, and without
     outliers unless `whole`."""
     good = np.all(np.isfinite(r.white), axis=0) | whole
-    if domain in ("impedance", "gmm"):
+    if np.iscomplexobj(r.data):
         weight = _per_ohm(r)
         terms = {
             n: np.concatenate([x.real[good], x.imag[good]]) for n, x in _impedance(r, base, weight).items()
         }
         return terms, np.concatenate([r.white[0][good], r.white[1][good]])
-    terms = _stiffness(r) if domain == "stiffness" else _motion(r)
+    terms = _motion(r) if {"t", "z"} <= set(r.inputs) else _stiffness(r)
     return {n: x[good] for n, x in terms.items()}, r.white[0][good]
 
 

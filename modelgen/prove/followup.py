@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from modelgen.prove.diagnoser import Diagnoser
+from modelgen.prove.own import OWN
 from modelgen.prove.worker import VERDICT
 from modelgen.truths import Secret, write_case
 from modelgen.truths.further import further
@@ -17,8 +18,9 @@ Row = dict[str, Any]
 
 
 def ambiguous(row: Row) -> bool:
-    """Whether the verdict on a listed effect names others that the data can't tell from it."""
-    return row.get("named") is not None and (row.get("set_size") or 0) > 1
+    """Whether the verdict on a listed effect names others that the data can't tell from it, and the device is
+    ours, so that more can be recorded."""
+    return row.get("named") is not None and (row.get("set_size") or 0) > 1 and row["domain"] != OWN
 
 
 def follow_up(row: Row, folder: Path, pool: Executor, diagnoser: Diagnoser) -> Row:

@@ -4,54 +4,69 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from modelgen.prove.baselines import rivals
 from modelgen.prove.diagnoser import Answer
+from modelgen.prove.gallery import glance
+from modelgen.prove.own import Own, copy_case, opened
 from modelgen.prove.plan import Task
 from modelgen.prove.worker import VERDICT
-from modelgen.truths import Secret, draw, score, seal, unseal, write_case
+from modelgen.truths import Secret, draw, score, seal, write_case
 from modelgen.truths.secret import NotDetectable
 
 Row = dict[str, Any]
-D2 = (30.0, 1e4)
 
 
-def conceal(task: Task, folder: Path) -> tuple[str, str]:
-    """Draw a task's secret and write its case; returns the sealed text and its SHA-256, or ("", why not)."""
+@dataclass(frozen=True)
+class Sealed:
+    """A case that is written: the secret's text ("" if its maker withholds it) and the text's SHA-256.
+    `hidden`: why there is none."""
+
+    text: str
+    sha256: str
+    hidden: str = ""
+
+
+def conceal(task: Task | Own, folder: Path) -> Sealed:
+    """Draw a task's secret and write its case, or copy the case that somebody else made."""
+    if isinstance(task, Own):
+        if task.case is None:
+            write_case(opened(task.text, task.sha256), folder)
+        else:
+            copy_case(task.case, folder)
+        return Sealed(task.text, task.sha256)
     effect = task.effects[0] if len(task.effects) == 1 else task.effects or None
     try:
-        secret = draw(task.seed, task.kind, task.domain, effect, D2, task.noise, task.ratio)
+        secret = draw(task.seed, task.kind, task.domain, effect, task.d2, task.noise, task.ratio)
     except NotDetectable as hidden:
-        return "", str(hidden)
+        return Sealed("", "", str(hidden))
     write_case(secret, folder)
-    return seal(secret)
+    return Sealed(*seal(secret))
 
 
-def reveal(
-    index: int, text: str, digest: str, folder: Path, answer: Answer, own: Secret | None = None
-) -> Row:
+def reveal(index: int, sealed: Sealed, folder: Path, answer: Answer) -> Row:
     """The row of a trial: the secret, checked against its digest, and what the verdict in the folder got
-    right.
-
-    own: the secret, where the text is somebody's own file; simpler methods are then not tried.
-    """
-    secret = own or unseal(text, digest)
+    right; the verdict alone where the secret is withheld."""
     row = {
         "index": index,
-        "sha256": digest,
-        "secret": text,
+        "sha256": sealed.sha256,
+        "secret": sealed.text,
         "error": answer.error,
         "wall": answer.seconds,
         "cpu": answer.cpu,
+        "foreign": list(answer.foreign),
     }
+    verdict = {} if answer.error else json.loads((folder / VERDICT).read_text(encoding="utf-8"))
+    if verdict:
+        row |= {"verdict": summary(verdict), "glance": glance(folder)}
+    if not sealed.text:
+        return row | {"withheld": True}
+    secret = opened(sealed.text, sealed.sha256)
     row |= told(secret)
-    if answer.error:
-        return row
-    verdict = json.loads((folder / VERDICT).read_text(encoding="utf-8"))
-    row |= score(secret, verdict)
-    return row | {"verdict": summary(verdict), "rivals": {} if own else rivals(secret, verdict, folder)}
+    return row | score(secret, verdict) | {"rivals": rivals(secret, verdict, folder)} if verdict else row
 
 
 def told(secret: Secret) -> Row:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from modelgen.prove import scores
+from modelgen.prove import scores, studies
 from modelgen.prove.page import percent, tables
 from modelgen.prove.pictures import METHODS
 from modelgen.prove.scores import Row, Share
@@ -18,19 +18,21 @@ def note(
     good = scores.usable(rows)
     parts = [
         "# Proof: physics concealed in recordings, and found",
-        f"Written by `{facts['command']} --markdown PROOF.md`. {len(good)} trials, seed {facts['seed']}, "
+        f"Written by `{facts['command']} --markdown PROOF.md`. {len(good)} trials, {facts['drawn']}, "
         + ", ".join(f"{n} {v}" for n, v in facts["versions"].items())
         + f", code {facts['code']}, {facts['machine']}. "
         f"A diagnosis took {scores.seconds(good):.1f} s of one core (median).",
-        "Each secret was drawn, sealed (its SHA-256 printed), and revealed after a process that was told "
-        "nothing but the case's folder had given its verdict. Recordings are made by `modelgen.truths`, "
-        "which shares no code with the models, effects and kernels. Intervals are exact 95 % ones.",
+        "Each secret was sealed (its SHA-256 printed), and revealed after a process that was told nothing "
+        f"but the case's folder had given its verdict. {_made(facts)} Intervals are exact 95 % ones. "
+        + _unfinished(rows, facts),
         "## Scoreboard",
         _board(good),
         _aside(good),
         *(f"## By {t['title']}\n\n{_table(t['rows'])}" for t in tables(good)),
         "## Simpler methods on the same recordings",
         _baselines(good),
+        "## Power: who notices that something is missing",
+        _power(good),
         "## What was taken for what",
         _confused(good),
     ]
@@ -39,6 +41,28 @@ def note(
     if real:
         parts += ["## Measured recordings", _real(real)]
     return "\n\n".join(p for p in parts if p) + "\n"
+
+
+def _made(facts: Mapping[str, Any]) -> str:
+    if facts["own"]:
+        return "Recordings and secrets are somebody's own."
+    return (
+        "Recordings are made by `modelgen.truths`, which shares no code with models, effects and kernels."
+    )
+
+
+def _unfinished(rows: Sequence[Row], facts: Mapping[str, Any]) -> str:
+    """What of the run is not in the scores."""
+    parts = (
+        (facts["wanted"] - len(rows), "not made yet"),
+        (sum(bool(r["error"]) for r in rows), "without a verdict"),
+        (sum("hidden" in r for r in rows), "not drawn, as the base absorbs such an effect at any strength"),
+        (sum("withheld" in r for r in rows), "whose secret is withheld"),
+    )
+    told = [f"{n} {words}" for n, words in parts if n > 0]
+    foreign = sum(bool(r.get("foreign")) for r in rows)
+    watched = f"{foreign} of the diagnoses opened a file that was not theirs."
+    return watched + (f" Not counted: {'; '.join(told)}." if told else "")
 
 
 def _grid(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -67,13 +91,27 @@ def _board(good: Sequence[Row]) -> str:
 
 
 def _aside(good: Sequence[Row]) -> str:
-    cover, bins = scores.coverage(good), scores.calibration(good)
+    cover, bins = studies.coverage(good), studies.calibration(good)
+    made, settled = studies.proposals(good)
     told = "; ".join(f"{100 * b['stated']:.0f} %: {percent(b['right'])} of {b['right'].n}" for b in bins)
+    proposed = (
+        f" Where that name had equivalents, a further recording was proposed in {percent(made)} of {made.n}; "
+        f"simulated and added, it resolved {percent(settled)} of {settled.n}."
+    )
     return (
         f"95 % intervals of base parameters hold the true value in {percent(cover)} of {cover.n} (where the "
-        f"law was "
-        f"found). Stated probability of the first name and how often it was right: {told}."
+        f"law was found). Stated probability of the first name and how often it was right: {told}."
+        + (proposed if made.n else "")
+        + _faint(good)
     )
+
+
+def _faint(good: Sequence[Row]) -> str:
+    few = [r for r in good if r not in scores.weighed(good)]
+    noticed = scores.share(map(scores.detected, few))
+    if not noticed.n:
+        return ""
+    return f" Of {noticed.n} effects fainter than d² = 30, which no goal counts, {noticed.hits} were noticed."
 
 
 def _table(rows: Sequence[Mapping[str, Any]]) -> str:
@@ -88,7 +126,7 @@ def _table(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _baselines(good: Sequence[Row]) -> str:
-    found = scores.baselines(good)
+    found = studies.baselines(good)
     marks = list(found["modelgen"])
     rows = [
         (METHODS[n], *(f"{percent(m[k])} ({_interval(m[k])})" if m[k].n else "–" for k in marks))
@@ -97,12 +135,32 @@ def _baselines(good: Sequence[Row]) -> str:
     return _grid(("", *marks), rows)
 
 
+def _power(good: Sequence[Row]) -> str:
+    curves = studies.power(good)
+    head = ("d², about", "trials", *(METHODS[n] for n in curves))
+    rows = [
+        (f"{points[0]['d2']:.0f}", str(points[0]["found"].n), *(percent(p["found"]) for p in points))
+        for points in zip(*curves.values(), strict=True)
+    ]
+    return _grid(head, rows)
+
+
 def _confused(good: Sequence[Row]) -> str:
-    """What was taken for what at least twice, most often first."""
-    wrong = [(n, t, w) for (t, w), n in scores.confusion(good).items() if t != w]
-    wrong = [x for x in wrong if not (x[1].startswith("novel:") and x[2] == "unknown")]
-    lines = [f"- {n} × {t} → {w}" for n, t, w in sorted(wrong, reverse=True) if n > 1]
-    return "\n".join([*lines, f"- once each: {sum(1 for x in wrong if x[0] == 1)} other confusions"])
+    """What was taken for what, most often first, and whether the verdict itself said that it can't tell."""
+    found = studies.mixed_up(good)
+    rows = [
+        (c["concealed"], c["named"], str(c["n"]), str(c["said"]), f"{c['d2'][0]:.0f}–{c['d2'][1]:.0f}",
+         ", ".join(c["noise"]), ", ".join(map(str, c["indices"])))
+        for c in found
+    ]  # fmt: skip
+    tied = sum(c["said"] for c in found)
+    says = (
+        f"{sum(c['n'] for c in found)} first names were wrong; in {tied} of these the verdict named the "
+        "right one as its equivalent: there these recordings tie, and a further one is proposed. The others "
+        "are the diagnosis's own errors. The same command draws the same trials again."
+    )
+    head = ("concealed", "named first", "trials", "said to be a tie", "d²", "noise", "trial")
+    return says + "\n\n" + _grid(head, rows) if rows else "Nothing was taken for anything else."
 
 
 def _left(left: Sequence[Mapping[str, Any]]) -> str:

@@ -1,33 +1,68 @@
-"""A secret of one's own: a case that somebody else made, and what is concealed in it."""
+"""Cases of one's own: recordings that somebody else made, by a simulator or at a bench, with a sealed answer.
+
+A trial is a folder with `case.toml`, its recordings, and `secret.json`:
+
+    {"schema": "modelgen.secret/1", "case": "case.toml", "effects": ["inertia"], "base": {"k_D": 1.2},
+     "nonce": "any random text", "note": "free text"}
+
+`effects` holds ids of the contract, "novel:<anything>" for physics that no catalogue holds, [] for nothing;
+`base` the true values of the model's parameters, where they are to be compared. Whoever doesn't want the
+answer to be on the machine at all leaves `secret.sha256` in its place (as `sha256sum secret.json` prints it):
+the case is diagnosed, and scored when the secret is laid beside it and the command is run again.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import re
 import shutil
 import tomllib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from modelgen.errors import InputError, did_you_mean
-from modelgen.prove.diagnoser import Diagnoser
-from modelgen.prove.keeper import Row, reveal
-from modelgen.truths import Secret, write_case
+from modelgen.truths import Secret, unseal
 from modelgen.truths.secret import DOMAINS
 
 FIELDS = ("schema", "case", "effects", "base", "identifiable", "nonce", "note")
 SCHEMA = "modelgen.secret/1"
+OPEN, WITHHELD = "secret.json", "secret.sha256"
+OWN = "own"
 
 
-def read_secret(path: Path) -> tuple[Secret, str, Path | None]:
-    """The secret of a file, the file's text as it is sealed, and the case that goes with it.
+@dataclass(frozen=True)
+class Own:
+    """Somebody's own trial. `index` is of its name and digest, whatever others there are; `text` is "" as
+    long as the secret is withheld; `case` is None for a secret that a run has revealed, whose case is written anew."""
 
-    Two kinds of file are understood: {"schema": "modelgen.secret/1", "case": "case.toml", "effects": [ids],
-    "base": {parameter: true value}, "nonce": "..."} with somebody's own case, and a secret that a run of
-    `modelgen prove` has revealed, whose case is written anew. Raises InputError.
-    """
+    index: int
+    name: str
+    text: str
+    sha256: str
+    case: Path | None
+
+
+def own_trials(path: Path) -> list[Own]:
+    """The trial of a secret's file, or all trials in the folders below a folder. Raises InputError."""
+    if not path.is_dir():
+        return [_of_file(path, path.stem)]
+    folders = sorted({p.parent for name in (OPEN, WITHHELD) for p in path.rglob(name)})
+    if not folders:
+        raise InputError(f"{path}: no folder in it holds a {OPEN} or a {WITHHELD}")
+    names = [f.relative_to(path).as_posix() if f != path else f.name for f in folders]
+    return [
+        _of_file(f / OPEN, name) if (f / OPEN).exists() else _withheld(f / WITHHELD, name)
+        for f, name in zip(folders, names, strict=True)
+    ]
+
+
+def _of_file(path: Path, name: str) -> Own:
+    """Understood are one's own secret beside its case, and one that `modelgen prove` has revealed."""
     try:
-        text = path.read_text(encoding="utf-8").rstrip("\n")
+        raw = path.read_bytes()
+        text = raw.decode()
         data = json.loads(text)
     except (OSError, UnicodeDecodeError) as why:
         raise InputError(f"cannot read {path}: {why}") from None
@@ -36,18 +71,61 @@ def read_secret(path: Path) -> tuple[Secret, str, Path | None]:
     if not isinstance(data, dict):
         raise InputError(f"{path}: holds {type(data).__name__}, a JSON object is wanted")
     if data.get("domain") in DOMAINS:
-        return _drawn(path, text), text, None
-    return _own(path, data), text, path.parent / data["case"]
+        text = text.rstrip("\n")  # as it was sealed
+        digest = hashlib.sha256(text.encode()).hexdigest()
+        _drawn(path, text)
+        return Own(_index(name, digest), name, text, digest, None)
+    _check(path, data)
+    digest = hashlib.sha256(raw).hexdigest()
+    if (sealed := path.with_name(WITHHELD)).exists() and _digest(sealed) != digest:
+        raise InputError(f"{path}: its SHA-256 is {digest}, {WITHHELD} beside it says {_digest(sealed)}")
+    return Own(_index(name, digest), name, text, digest, path.parent / data["case"])
 
 
-def _drawn(path: Path, text: str) -> Secret:
+def _withheld(path: Path, name: str) -> Own:
+    digest = _digest(path)
+    if not (path.parent / "case.toml").is_file():
+        raise InputError(f"{path}: there is no case.toml beside it")
+    return Own(_index(name, digest), name, "", digest, path.parent / "case.toml")
+
+
+def _digest(path: Path) -> str:
     try:
-        return Secret.from_json(text)
+        words = path.read_text(encoding="utf-8").split()
+    except (OSError, UnicodeDecodeError) as why:
+        raise InputError(f"cannot read {path}: {why}") from None
+    if not words or not re.fullmatch("[0-9a-fA-F]{64}", words[0]):
+        raise InputError(f"{path}: no SHA-256 of 64 hexadecimal digits, as sha256sum prints it")
+    return words[0].lower()
+
+
+def _index(name: str, digest: str) -> int:
+    return int(hashlib.sha256(f"{name} {digest}".encode()).hexdigest()[:8], 16)
+
+
+def opened(text: str, digest: str) -> Secret:
+    """The secret of a revealed text. Raises ValueError where it isn't the one that was sealed."""
+    data = json.loads(text)
+    if data.get("schema") != SCHEMA:
+        return unseal(text, digest)
+    if hashlib.sha256(text.encode()).hexdigest() != digest:
+        raise ValueError("the revealed secret isn't the one that was sealed")
+    effects, base = tuple(data["effects"]), data.get("base", {})
+    novel = any(e.startswith("novel:") for e in effects)
+    kind = "novel" if novel else ("none", "single", "pair")[min(len(effects), 2)]
+    told = tuple(data.get("identifiable", base))
+    return Secret(OWN, effects, {}, base, OWN, 0, kind=kind, identifiable=told)
+
+
+def _drawn(path: Path, text: str) -> None:
+    try:
+        Secret.from_json(text)
     except (TypeError, KeyError) as why:
         raise InputError(f"{path}: no secret that `modelgen prove` has revealed: {why}") from None
 
 
-def _own(path: Path, data: dict[str, Any]) -> Secret:
+def _check(path: Path, data: dict[str, Any]) -> None:
+    """Raise InputError for what is no secret of one's own."""
     for name in data:
         if name not in FIELDS:
             raise InputError(
@@ -60,33 +138,31 @@ def _own(path: Path, data: dict[str, Any]) -> Secret:
         raise InputError(
             f"{path}: effects is {effects!r}, a list of ids is wanted ([] where nothing is missing)"
         )
-    numbers = isinstance(base, dict) and all(isinstance(v, int | float) for v in base.values())
-    if not numbers:
+    if not isinstance(base, dict) or not all(isinstance(v, int | float) for v in base.values()):
         raise InputError(f"{path}: base is {base!r}, a table of true parameter values is wanted")
+    told = data.get("identifiable", [])
+    if not isinstance(told, list) or not set(told) <= set(base):
+        raise InputError(f"{path}: identifiable is {told!r}, a list of names in base is wanted")
     case = data.get("case")
     if not isinstance(case, str) or not (path.parent / case).is_file():
         raise InputError(f"{path}: case is {case!r}, the path of a case.toml relative to this file is wanted")
-    told = tuple(data.get("identifiable", base))
-    return Secret("own", tuple(effects), {}, base, "own", 0, kind="own", identifiable=told)
+    listed = known_ids()
+    for e in effects:
+        if not e.startswith("novel:") and e not in listed:
+            raise InputError(
+                f"{path}: no effect '{e}'{did_you_mean(e, listed)}; novel:{e} is physics of no catalogue"
+            )
 
 
-def prove_own(path: Path, scratch: Path, limit: float, announce: Any) -> Row:
-    """Seal, diagnose elsewhere, reveal, score. `announce(digest)` is called before the diagnosis begins."""
-    secret, text, case = read_secret(path)
-    folder = scratch / "case"
-    if case is None:
-        write_case(secret, folder)
-    else:
-        _copy(case, folder)
-    digest = hashlib.sha256(text.encode()).hexdigest()
-    announce(digest)
-    with Diagnoser(limit) as diagnoser:
-        answer = diagnoser.diagnose(folder / "case.toml")
-    return reveal(0, text, digest, folder, answer, secret) | {"followed": None}
+def known_ids() -> list[str]:
+    """Ids of the catalogue."""
+    from modelgen.effects import CATALOGUE
+
+    return [e.id for e in CATALOGUE]
 
 
-def _copy(case: Path, folder: Path) -> None:
-    """The case and the recordings that it names, and nothing else that may lie beside them."""
+def copy_case(case: Path, folder: Path) -> None:
+    """The case and the recordings that it names, and nothing else that lies beside. Raises InputError."""
     folder.mkdir(parents=True)
     try:
         data = tomllib.loads(case.read_text(encoding="utf-8"))

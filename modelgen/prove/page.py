@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
 from markupsafe import Markup
 
-from modelgen.prove import pictures, scores
+from modelgen.prove import gallery, pictures, scores, studies
+from modelgen.prove.own import OWN
 from modelgen.prove.run import missed
 from modelgen.prove.scores import Row, Share
 
@@ -22,12 +24,14 @@ NOISE_WORDS = {
     "outliers": "1 % outliers",
     "quantised": "quantised",
     "misstated": "stated wrong by a factor of two",
+    OWN: "as in the case",
 }
 DOMAIN_WORDS = {
     "impedance": "moving coil, impedance",
     "gmm": "magnetostrictive transducer, impedance",
     "force": "elastomer, force over time",
     "stiffness": "elastomer, stiffness over frequency",
+    OWN: "somebody's own",
 }
 KIND_WORDS = {
     "none": "nothing missing",
@@ -48,16 +52,24 @@ def page(
         _template().render(
             facts=facts,
             n=len(good),
+            made=len(rows),
             failed=[r for r in rows if r["error"]],
             hidden=[r for r in rows if "hidden" in r],
+            withheld=[r for r in rows if "withheld" in r],
+            foreign=sorted({p for r in rows for p in r.get("foreign", ())}),
+            confused=[c for c in studies.mixed_up(good) if c["n"] > 1],
+            once=sum(c["n"] == 1 for c in studies.mixed_up(good)),
+            proposed=studies.proposals(good),
+            gallery=[_shown(r) for r in gallery.chosen(good, missed)],
             board=scores.board(good),
-            cover=scores.coverage(good),
-            off=scores.expected_error(scores.calibration(good)),
+            cover=studies.coverage(good),
+            off=studies.expected_error(studies.calibration(good)),
             seconds=scores.seconds(good),
             wall=scores.seconds(good, "wall"),
             tables=tables(good),
             columns=[title for title, _ in scores.COLUMNS],
             figures=_figures(good, left),
+            matrix_width=pictures.matrix_width(good),
             effects=len({e for r in good for e in r["effects"]}),
             deep=_deep(good),
             real=real,
@@ -70,14 +82,15 @@ def page(
 def tables(good: Sequence[Row]) -> list[dict[str, Any]]:
     """Scores by noise, by depth, by kind and by device."""
     depths = [*pictures.DEPTH_ORDER, "nothing missing"]
+    heavy = scores.weighed(good)
     return [
-        _by(good, "noise", "noise", NOISE_WORDS),
+        _by(heavy, "noise", "noise", NOISE_WORDS),
         {
             "title": "residual of the best base over the noise",
             "rows": scores.table(good, scores.by_depth, depths),
         },
-        _by(good, "what is concealed", "kind", KIND_WORDS),
-        _by(good, "device", "domain", DOMAIN_WORDS),
+        _by(heavy, "what is concealed", "kind", KIND_WORDS),
+        _by(heavy, "device", "domain", DOMAIN_WORDS),
     ]
 
 
@@ -90,14 +103,27 @@ def _figures(good: Sequence[Row], left: Sequence[Mapping[str, Any]]) -> dict[str
         return {}
     drawn = {
         "depth": pictures.over_depth(good),
+        "power": pictures.power_curve(good),
         "hidden": pictures.concealment(good),
         "confused": pictures.confusions(good),
         "reliable": pictures.reliability(good),
-        "rivals": pictures.rivals(scores.baselines(good)),
+        "rivals": pictures.rivals(studies.baselines(good)),
     }
     if left:
         drawn["left"] = pictures.left_out(left)
     return {name: Markup(text) for name, text in drawn.items()}
+
+
+def _shown(row: Row) -> dict[str, Any]:
+    """One case of the gallery."""
+    return _trial(row) | {
+        "figure": Markup(pictures.gallery(row)),
+        "device": DOMAIN_WORDS[row["domain"]],
+        "noise": NOISE_WORDS[row["noise"]],
+        "says": (row["verdict"]["effects"] or [{"says": "the model explains the recordings"}])[0]["says"],
+        "bent": 100 * math.expm1(min(row["bent"], 5.0)),
+        "r2": 1 - row["unexplained"],
+    }
 
 
 def _deep(good: Sequence[Row]) -> float:
@@ -113,6 +139,7 @@ def _trial(row: Row) -> dict[str, Any]:
     return {
         "index": row["index"],
         "sha": row["sha256"],
+        "name": row.get("name", ""),
         "nonce": json.loads(row["secret"]).get("nonce", ""),
         "secret": " + ".join(row["effects"]) or "nothing",
         "law": row["variant"],

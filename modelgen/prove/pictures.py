@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from modelgen.prove import scores
+from modelgen.prove import scores, studies
 from modelgen.prove.scores import Row, Share
 from modelgen.report import svg
 from modelgen.report.axes import log_ticks
@@ -16,7 +16,7 @@ from modelgen.report.axes import log_ticks
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-DEPTH_ORDER = [name for *_, name in scores.RATIOS]
+DEPTH_ORDER = [scores.FAINT, *(name for *_, name in scores.RATIOS)]
 METHODS = {"modelgen": "modelgen", "chi2": "χ² alone", "sindy": "PySINDy", "gp": "Gaussian process"}
 
 
@@ -54,6 +54,56 @@ def over_depth(rows: Sequence[Row]) -> str:
         axes.legend(frameon=False, labelcolor=svg.MUTED, loc="lower center", ncols=4,
                     bbox_to_anchor=(0.5, 1.06), fontsize=8)  # fmt: skip
         return svg.inline(figure, "shares of right verdicts over the depth of concealment", "depth")
+
+
+def power_curve(rows: Sequence[Row]) -> str:
+    """Who notices that something is missing, by how much of it the best base can't hide."""
+    from matplotlib.figure import Figure
+
+    colors = (svg.AFTER, svg.BEFORE, svg.MARK, svg.DATA)
+    curves = studies.power(rows)
+    with svg.style():
+        figure = Figure(figsize=(8.6, 3.0), layout="constrained")
+        axes = figure.subplots()
+        for k, (name, color) in enumerate(zip([m for m in METHODS if m in curves], colors, strict=False)):
+            points = [(p["d2"] * 1.05 ** (k - 1.5), p["found"]) for p in curves[name] if p["found"].n]
+            axes.plot(
+                [x for x, _ in points], [100 * s.value for _, s in points], color=color, label=METHODS[name]
+            )
+            for x, s in points:
+                _interval(axes, x, s, color, 5.5 if k == 0 else 4.0)
+        axes.axvline(scores.POWER_FROM, color=svg.INK, linewidth=0.8, dashes=(4, 3))
+        axes.set_xscale("log")
+        log_ticks(axes.xaxis, np.array([p["d2"] for curve in curves.values() for p in curve]))
+        axes.set_ylim(0, 104)
+        axes.set_xlabel("d²: squared misfit over the noise that the best base model leaves")
+        axes.set_ylabel("% noticed")
+        axes.legend(frameon=False, labelcolor=svg.MUTED, loc="lower center", ncols=4,
+                    bbox_to_anchor=(0.5, 1.0), fontsize=8)  # fmt: skip
+        return svg.inline(figure, "share of concealed effects that are noticed, over d²", "power")
+
+
+def gallery(row: Row) -> str:
+    """The residual of one trial's first recording, before and after, over the noise."""
+    from matplotlib.figure import Figure
+
+    from modelgen.report.axes import fold, folded_ticks, label
+
+    told = row["glance"]
+    x, before, after = (np.array(told[k]) for k in ("x", "before", "after"))
+    with svg.style():
+        figure = Figure(figsize=(4.6, 1.9), layout="constrained")
+        axes = figure.subplots()
+        axes.axhspan(-1, 1, color=svg.BAND, linewidth=0)
+        axes.plot(x, fold(before), ".", color=svg.BEFORE, markersize=2.6)
+        axes.plot(x, fold(after), ".", color=svg.AFTER, markersize=2.6)
+        folded_ticks(axes, float(np.max(np.abs([before, after]), initial=3.0)))
+        axes.set_xlabel(label(told["axis"], {"f": "Hz", "t": "s"}.get(told["axis"], "")))
+        if told["axis"] == "f" and x.min() > 0 and x.max() > 20 * x.min():
+            axes.set_xscale("log")
+            log_ticks(axes.xaxis, x)
+        axes.set_title("residual over the noise")
+        return svg.inline(figure, "residuals before and after", f"case{row['index']}")
 
 
 def concealment(rows: Sequence[Row]) -> str:
@@ -99,7 +149,7 @@ def confusions(rows: Sequence[Row]) -> str:
     """The confusion matrix: what was concealed against what was named first, shares of each row."""
     from matplotlib.figure import Figure
 
-    counts = scores.confusion(rows)
+    counts = studies.confusion(rows)
     truths = sorted({t for t, _ in counts}, key=_place)
     named = sorted({n for _, n in counts} | {t for t in truths if not t.startswith("novel:")}, key=_place)
     matrix = np.array([[counts[t, n] for n in named] for t in truths], dtype=float)
@@ -123,6 +173,12 @@ def confusions(rows: Sequence[Row]) -> str:
         return svg.inline(
             figure, "confusion matrix: concealed effect against the effect named first", "confused"
         )
+
+
+def matrix_width(rows: Sequence[Row]) -> int:
+    """Width in rem at which the matrix' words are as large as the page's."""
+    names = {x for pair in studies.confusion(rows) for x in pair}
+    return min(58, 16 + round(1.3 * len(names)))
 
 
 def _right(truth: str, named: str) -> bool:
@@ -158,7 +214,7 @@ def reliability(rows: Sequence[Row]) -> str:
         figure = Figure(figsize=(3.9, 3.5), layout="constrained")
         axes = figure.subplots()
         axes.plot([0, 100], [0, 100], color=svg.INK, linewidth=0.8, dashes=(4, 3))
-        for b in scores.calibration(rows):
+        for b in studies.calibration(rows):
             x, s = 100 * b["stated"], b["right"]
             _interval(axes, x, s, svg.AFTER, 3 + 1.1 * np.log2(1 + s.n))
             axes.annotate(str(s.n), (x, 100 * s.value), (-7, 5), textcoords="offset points",

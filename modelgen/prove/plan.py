@@ -15,8 +15,12 @@ from modelgen.truths.secret import DOMAINS, NOISES, NOISES_OF, family
 
 T = TypeVar("T")
 KIND_DECK = ("none",) * 4 + ("single",) * 8 + ("variant",) * 2 + ("pair",) * 3 + ("novel",) * 3
-DEPTHS: tuple[float | None, ...] = (None, 1.5, 3.0, 6.0, 20.0)
-"""Rms ratios wanted; None is a concealment in the noise itself, d² of 30 to 10⁴ whatever the ratio."""
+Depth = tuple[float | None, tuple[float, float]]
+D2, FAINT = (30.0, 1e4), (5.0, 30.0)
+DEPTHS: tuple[Depth, ...] = tuple((ratio, D2) for ratio in (None, 1.5, 3.0, 6.0, 20.0))
+"""Rms ratios wanted; None is a concealment in the noise itself, by d² whatever the ratio."""
+FAINTER: tuple[Depth, ...] = (*DEPTHS, (None, FAINT))
+"""Some single effects are fainter than any goal asks for, so that the curve of power has its foot."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +34,7 @@ class Task:
     effects: tuple[str, ...]
     noise: str
     ratio: float | None
+    d2: tuple[float, float] = D2
 
 
 def plan(
@@ -55,7 +60,9 @@ def _tasks(seed: int, fitting: Mapping[str, Sequence[str]]) -> Iterator[Task]:
     rng = np.random.default_rng([seed, 5])
     domains = [d for d in fitting if fitting[d]]
     kinds = _deck(rng, KIND_DECK)
-    depths = {k: _deck(rng, DEPTHS) for k in set(KIND_DECK)}
+    depths = {
+        k: _deck(rng, FAINTER if k == "single" else DEPTHS) for k in dict.fromkeys(KIND_DECK) if k != "none"
+    }
     noise = {(k, d): _deck(rng, fitting[d]) for k in dict.fromkeys(KIND_DECK) for d in domains}
     places = {k: _deck(rng, _entries(k, domains)) for k in dict.fromkeys(KIND_DECK)}
     index = 0
@@ -64,8 +71,8 @@ def _tasks(seed: int, fitting: Mapping[str, Sequence[str]]) -> Iterator[Task]:
         domain, effects = next(places[kind])
         if kind == "pair":
             effects = _pair(rng, domain)
-        ratio = None if kind == "none" else next(depths[kind])
-        yield Task(index, seed * 100_000 + index, kind, domain, effects, next(noise[kind, domain]), ratio)
+        depth = next(depths[kind]) if kind in depths else (None, D2)
+        yield Task(index, seed * 100_000 + index, kind, domain, effects, next(noise[kind, domain]), *depth)
         index += 1
 
 

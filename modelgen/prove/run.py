@@ -16,33 +16,42 @@ from pathlib import Path
 from typing import Any
 
 from modelgen.errors import InputError
-from modelgen.prove.diagnoser import ONE_THREAD, Diagnoser
+from modelgen.prove.diagnoser import ONE_THREAD, Answer, Diagnoser
 from modelgen.prove.followup import follow_up
-from modelgen.prove.keeper import Row, conceal, reveal
+from modelgen.prove.keeper import Row, Sealed, conceal, reveal
+from modelgen.prove.own import Own
 from modelgen.prove.plan import Task
 
-TRIALS, SEALS, CASES = "trials.jsonl", "sealed.txt", "cases"
+TRIALS, SEALS, CASES, MEASURED = "trials.jsonl", "sealed.txt", "cases", "measured.jsonl"
 Show = Callable[[Row], None]
 
 
 @dataclass(frozen=True)
 class Room:
-    """Where a run keeps its rows (`trials.jsonl`), its digests (`sealed.txt`) and the cases that it
-    missed."""
+    """Where a run keeps its rows (`trials.jsonl`), its digests (`sealed.txt`), what it found in measured
+    recordings, and the cases that it missed or whose secret is withheld."""
 
     folder: Path
 
     def rows(self) -> dict[int, Row]:
         """Trials that are done, by index; a line that was cut off is done again."""
-        found: dict[int, Row] = {}
-        path = self.folder / TRIALS
+        return {row["index"]: row for row in self._lines(TRIALS)}
+
+    def measured(self) -> dict[str, Row]:
+        """What was found in measured recordings, by name."""
+        return {row["name"]: row for row in self._lines(MEASURED)}
+
+    def case(self, index: int) -> Path:
+        """Where a trial's folder is kept."""
+        return self.folder / CASES / f"{index:05d}"
+
+    def _lines(self, name: str) -> Iterator[Row]:
+        path = self.folder / name
         for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else ():
             try:
-                row = json.loads(line)
+                yield json.loads(line)
             except json.JSONDecodeError:
                 continue
-            found[row["index"]] = row
-        return found
 
     def open(self, settings: Mapping[str, Any]) -> None:
         """Make the folder, or see that what is in it was run with the same settings.
@@ -54,7 +63,7 @@ class Room:
         if path.exists() and json.loads(path.read_text(encoding="utf-8")) != json.loads(text):
             raise InputError(
                 f"{self.folder}: holds trials of another seed, noise or version; "
-                "give another --keep, or remove it"
+                "give another --keep, or remove it (--trials 0 shows what it holds)"
             )
         path.write_text(text, encoding="utf-8")
 
@@ -63,15 +72,22 @@ class Room:
             file.write(line + "\n")
 
 
-def run(tasks: Sequence[Task], room: Room, jobs: int, limit: float, sealed: Show, done: Show) -> list[Row]:
+def pending(task: Task | Own, row: Row | None) -> bool:
+    """Whether a trial is to be made, or one that was withheld can be scored now."""
+    return row is None or bool(row.get("withheld") and isinstance(task, Own) and task.text)
+
+
+def run(
+    tasks: Sequence[Task | Own], room: Room, jobs: int, limit: float, sealed: Show, done: Show
+) -> list[Row]:
     """All rows, those that are in the room already among them, in the order of the tasks.
 
     sealed(row) is called with index and digest before the diagnosis begins, done(row) with the scored trial.
     """
     rows = room.rows()
-    todo: queue.SimpleQueue[Task] = queue.SimpleQueue()
+    todo: queue.SimpleQueue[Task | Own] = queue.SimpleQueue()
     for task in tasks:
-        if task.index not in rows:
+        if pending(task, rows.get(task.index)):
             todo.put(task)
     finished: queue.SimpleQueue[tuple[str, Any]] = queue.SimpleQueue()
     count = todo.qsize()
@@ -83,7 +99,7 @@ def run(tasks: Sequence[Task], room: Room, jobs: int, limit: float, sealed: Show
         stack.callback(lambda: pool.shutdown(wait=False, cancel_futures=True))
         for _ in range(lanes if count else 0):
             diagnoser = stack.enter_context(Diagnoser(limit))
-            lane = Lane(todo, finished, pool, diagnoser, room, stop)
+            lane = Lane(todo, finished, pool, diagnoser, room, rows.copy(), stop)
             threading.Thread(target=lane.work, daemon=True).start()
         for kind, row in _until_done(finished, count):
             if kind == "sealed":
@@ -124,11 +140,12 @@ def _quiet() -> None:
 class Lane:
     """One trial after another: a keeper draws, the diagnoser sees a fresh folder, a keeper scores."""
 
-    todo: queue.SimpleQueue[Task]
+    todo: queue.SimpleQueue[Task | Own]
     finished: queue.SimpleQueue[tuple[str, Any]]
     pool: ProcessPoolExecutor
     diagnoser: Diagnoser
     room: Room
+    before: Mapping[int, Row]
     stop: threading.Event
 
     def work(self) -> None:
@@ -141,28 +158,39 @@ class Lane:
             if not self.stop.is_set():
                 self.finished.put(("defect", error))
 
-    def _trial(self, task: Task) -> Row:
+    def _trial(self, task: Task | Own) -> Row:
+        name = {"name": task.name} if isinstance(task, Own) else {}
+        if isinstance(task, Own) and task.index in self.before:
+            return self._later(task, self.before[task.index]) | name
         with tempfile.TemporaryDirectory(prefix="case-") as scratch:
             folder = Path(scratch) / "case"
-            text, digest = self.pool.submit(conceal, task, folder).result()
-            if not text:
-                return {"index": task.index, "hidden": digest, "error": ""}
+            sealed = self.pool.submit(conceal, task, folder).result()
+            if sealed.hidden:
+                return {"index": task.index, "hidden": sealed.hidden, "error": ""}
             go = threading.Event()
-            self.finished.put(("sealed", {"index": task.index, "sha256": digest, "go": go}))
+            self.finished.put(("sealed", name | {"index": task.index, "sha256": sealed.sha256, "go": go}))
             go.wait()  # the digest is out before the diagnosis begins
             answer = self.diagnoser.diagnose(folder / "case.toml")
-            row = self.pool.submit(reveal, task.index, text, digest, folder, answer).result()
-            row = row | follow_up(row, folder, self.pool, self.diagnoser)
-            if missed(row):
-                self._keep(row, text, folder)
+            row = name | self.pool.submit(reveal, task.index, sealed, folder, answer).result()
+            row |= follow_up(row, folder, self.pool, self.diagnoser)
+            if row.get("withheld") or missed(row):
+                self._keep(row, folder)
             return row
 
-    def _keep(self, row: Row, text: str, folder: Path) -> None:
-        """A case that was missed, with its verdict and secret, for whoever wants to look."""
-        kept = self.room.folder / CASES / f"{row['index']:05d}"
+    def _later(self, task: Own, row: Row) -> Row:
+        """Score a verdict that was given while the secret was withheld."""
+        answer = Answer(row["error"], row["wall"], row["cpu"], row["foreign"])
+        sealed = Sealed(task.text, task.sha256)
+        scored = self.pool.submit(reveal, task.index, sealed, self.room.case(task.index), answer).result()
+        return dict(scored) | {"followed": None}
+
+    def _keep(self, row: Row, folder: Path) -> None:
+        """A case that was missed or is withheld, with its verdict, and the secret if it is known."""
+        kept = self.room.case(row["index"])
         shutil.rmtree(kept, ignore_errors=True)
         shutil.copytree(folder, kept, ignore=shutil.ignore_patterns("diagnosis"))
-        (kept / "secret.json").write_text(text + "\n", encoding="utf-8")
+        if row["secret"]:
+            (kept / "secret.json").write_text(row["secret"] + "\n", encoding="utf-8")
 
 
 def missed(row: Mapping[str, Any]) -> bool:

@@ -4,7 +4,8 @@ It is started before any secret is drawn, and all that ever reaches it are lines
 in a folder that holds nothing else but the recordings. It stays alive from case to case, since to start
 Python and load what a diagnosis needs takes as long as a diagnosis; what it keeps are compiled kernels of
 models. So that nothing of a case is left for the next, each is a fresh `diagnose(case, model)` as the command
-`modelgen diagnose` makes it.
+`modelgen diagnose` makes it. It says which files it read besides the folder's, so that one needn't believe
+that there were none.
 """
 
 from __future__ import annotations
@@ -16,18 +17,22 @@ from pathlib import Path
 
 from modelgen.errors import InputError, ToolError
 from modelgen.prove.records import write_records
+from modelgen.prove.watch import Watch
 
 VERDICT = "verdict.json"
 RESIDUALS = "residuals.npz"
 
 
 def main() -> int:
-    """Answer each line with one line of JSON: what went wrong or "", and the seconds of processor time."""
+    """Answer each line with one line of JSON: what went wrong or "", the seconds of processor time, and the
+    files that were read outside the case's folder."""
     answer, sys.stdout = sys.stdout, sys.stderr  # what the diagnosis prints is no answer
+    watch = Watch()
     for line in sys.stdin:
-        begun = time.process_time()
-        error = diagnosed(Path(line.rstrip("\n")))
-        told = {"error": error, "cpu": time.process_time() - begun}
+        case, begun = Path(line.rstrip("\n")), time.process_time()
+        with watch.on(case.parent) as foreign:
+            error = diagnosed(case)
+        told = {"error": error, "cpu": time.process_time() - begun, "foreign": sorted(foreign)}
         print(json.dumps(told), file=answer, flush=True)
     return 0
 
