@@ -315,6 +315,12 @@ def test_a_pair_shows_both():
     assert secret.d2[first] >= drawing.PAIR_DEPTH and secret.d2[second] >= drawing.PAIR_DEPTH
 
 
+def test_a_longer_sweep_warms_the_coil_for_longer():
+    """Every sample takes as long, so that a sweep's first samples drift as those of a shorter one."""
+    order = impedance.in_order(400, 200)
+    assert order[199] == 1.0 and order[-1] == pytest.approx(399 / 199)
+
+
 @pytest.mark.parametrize("domain", DOMAINS)
 def test_cases_keep_the_secret(domain, tmp_path):
     """The folder holds the recordings and what is known; the same secret gives the same bytes."""

@@ -46,9 +46,7 @@ def note(
 def _made(facts: Mapping[str, Any]) -> str:
     if facts["own"]:
         return "Recordings and secrets are somebody's own."
-    return (
-        "Recordings are made by `modelgen.truths`, which shares no code with models, effects and kernels."
-    )
+    return "Recordings are made by `modelgen.truths`, which shares no code with models, effects and kernels."
 
 
 def _unfinished(rows: Sequence[Row], facts: Mapping[str, Any]) -> str:

@@ -35,7 +35,8 @@ OWN = "own"
 @dataclass(frozen=True)
 class Own:
     """Somebody's own trial. `index` is of its name and digest, whatever others there are; `text` is "" as
-    long as the secret is withheld; `case` is None for a secret that a run has revealed, whose case is written anew."""
+    long as the secret is withheld; `case` is None for a secret that a run has revealed, whose case is
+    written anew."""
 
     index: int
     name: str

@@ -17,7 +17,16 @@ from scipy.special import jv
 from . import elements as el
 from .elements import Array, Complex
 from .further import entries
-from .impedance import Scale, cable_trap, capacitor, frequencies, mains_hum, suspension, viscoelastic
+from .impedance import (
+    Scale,
+    cable_trap,
+    capacitor,
+    frequencies,
+    in_order,
+    mains_hum,
+    suspension,
+    viscoelastic,
+)
 from .noise import sweep_whitener
 from .solve import Refit, Responses, Strength, refit_sweep
 
@@ -50,7 +59,7 @@ class GmmScene:
 
     def _sweep(self, p: Base, i: int, strength: Strength) -> Complex:
         f = self.f[i]
-        order = np.linspace(0, 1, len(f))
+        order = in_order(len(f), self.sweeps[0]["n"])
         return impedance(
             2 * np.pi * f, {**p, **self.sweeps[i]["known"]}, strength, self.scale, order, self.flux[i]
         )
@@ -63,7 +72,7 @@ def flux(ratio: Array) -> Complex:
 
 
 def impedance(w: Array, p: Base, e: Strength, scale: Scale, order: Array, chi: Complex) -> Complex:
-    """Z [ohm] at ω [rad/s]; `order` runs from 0 to 1 over the sweep."""
+    """Z [ohm] at ω [rad/s]; `order`: see `in_order`."""
     top, A, l, N = scale.top, p["A"], p["l"], p["N"]
     S, d = p["S33_re"] + 1j * p["S33_im"], p["d33_re"] + 1j * p["d33_im"]
     mu = _permeability(w, p, e, top, chi)

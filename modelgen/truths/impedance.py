@@ -54,8 +54,14 @@ class ImpedanceScene:
 
     def _sweep(self, p: Base, i: int, strength: Strength) -> Complex:
         known, f = self.sweeps[i]["known"], self.f[i]
-        order = np.linspace(0, 1, len(f))
+        order = in_order(len(f), self.sweeps[0]["n"])
         return impedance(2 * np.pi * f, {**p, **known}, strength, self.scale, order)
+
+
+def in_order(n: int, first: int) -> Array:
+    """Time of each of n samples since the start of its sweep, over the length of the first sweep. Every
+    sample takes as long."""
+    return np.asarray(np.arange(n) / (first - 1))
 
 
 def frequencies(sweep: Mapping[str, Any]) -> Array:
@@ -66,7 +72,7 @@ def frequencies(sweep: Mapping[str, Any]) -> Array:
 
 
 def impedance(w: Array, p: Base, e: Strength, scale: Scale, order: Array) -> Complex:
-    """Z [ohm] at ω [rad/s] of base parameters p and effects e; `order` runs from 0 to 1 over the sweep."""
+    """Z [ohm] at ω [rad/s] of base parameters p and effects e; `order`: see `in_order`."""
     top = scale.top
     Z = _winding(w, p, e, top, order) + _inductance(w, p, e, top) + p["Bl"] ** 2 / _mechanical(w, p, e, scale)
     if s := e.get("coil_capacitance"):

@@ -19,7 +19,7 @@ from . import friction
 from .elements import Array, Complex
 from .force_draw import draw_form as force_form
 from .further import entries
-from .impedance import stretched
+from .impedance import in_order, stretched
 from .noise import Levels
 from .solve import Refit, Responses, Strength, refit_sweep
 
@@ -84,10 +84,13 @@ class StiffnessScene:
 
     def _sweep(self, p: Mapping[str, float], i: int, e: Strength) -> Array:
         A = float(self.sweeps[i]["known"]["A_z"])
-        return measured(steady_cycle(2 * np.pi * self.f[i], p, e, A, self.reach), A)
+        first = len(self.f[0])
+        return measured(steady_cycle(2 * np.pi * self.f[i], p, e, A, self.reach, first), A)
 
 
-def steady_cycle(w: Array, p: Mapping[str, float], e: Strength, A: float, reach: float) -> Array:
+def steady_cycle(
+    w: Array, p: Mapping[str, float], e: Strength, A: float, reach: float, first: int | None = None
+) -> Array:
     """Force [N] over one cycle of z = -A cos θ, shape (n, POINTS), at ω [rad/s], shape (n,)."""
     K = _linear(w, p, e, A, reach)[:, None]
     F = A * (K.imag * np.sin(THETA) - K.real * np.cos(THETA)) + _nonlinear(p, e, A, reach)
@@ -95,7 +98,7 @@ def steady_cycle(w: Array, p: Mapping[str, float], e: Strength, A: float, reach:
         v = w[:, None] * A * np.sin(THETA)
         F = F + p["c_D"] * s["size"] * v * np.abs(v) / (W1 * 10 * reach)
     if s := e.get("temperature_drift"):
-        F = F * (1 - s["size"] * -np.expm1(-np.linspace(0, 1, len(w)) / s["tau"]))[:, None]
+        F = F * (1 - s["size"] * -np.expm1(-in_order(len(w), first or len(w)) / s["tau"]))[:, None]
     order = 1j * w[:, None] * np.arange(POINTS // 2 + 1)  # jω of each harmonic
     gain = np.ones_like(order)
     if s := e.get("force_sensor_lag"):
