@@ -13,6 +13,7 @@ import casadi as ca
 
 from modelgen.codegen.algebra import FREE, SAMPLE
 from modelgen.codegen.derive import Chain, Residual
+from modelgen.codegen.integrate import Slopes, rosenbrock, runge_kutta
 from modelgen.codegen.simplify import staged
 from modelgen.codegen.tosx import NONHOLOMORPHIC, Call, Translator
 from modelgen.errors import InputError
@@ -90,7 +91,7 @@ class Lowering:
             for state in self.model.states:
                 t.env[state.name] = t.sx(state.initial)
         elif rated:
-            t.env |= self._runge_kutta(rated)
+            t.env |= self._integrated(rated)
         for s in self.model.statements:
             if isinstance(s, Equation):
                 t.env[s.name] = t.sx(s.expr)
@@ -123,31 +124,38 @@ class Lowering:
     # -- integration of dx/dt
     # ------------------------------------------------------------------------------------
 
-    def _runge_kutta(self, rated: list[State]) -> dict[str, Any]:
-        """Classical Runge–Kutta over one step; inputs run linearly from their previous values to the present
-        ones."""
+    def _integrated(self, rated: list[State]) -> dict[str, Any]:
+        """States over one step; inputs run linearly from their previous values to the present ones."""
         time = self.model.inputs[0].name
         before = {i.derived[1]: i.name for i in self.model.inputs if i.derived and i.derived[0] == "previous"}
         if time not in before:
             raise InputError(f"model '{self.model.id}': a state with a rate needs the input previous({time})")
-        base = self.translator.env
-        steps = max(s.substeps for s in rated)
-        h = (base[time] - base[before[time]]) / steps
-        x = {s.name: base[s.name] for s in rated}
-        for k in range(steps):
-            slopes: list[dict[str, Any]] = []
-            for c, weight in ((0.0, 0.0), (0.5, 0.5), (0.5, 0.5), (1.0, 1.0)):
-                here = {n: v + weight * h * slopes[-1][n] if slopes else v for n, v in x.items()}
-                s = (k + c) / steps
-                inputs = {n: base[p] + s * (base[n] - base[p]) for n, p in before.items()}
-                slopes.append(self._rates(rated, {**base, **inputs, **here}))
-            x = {
-                n: v + h / 6 * (slopes[0][n] + 2 * slopes[1][n] + 2 * slopes[2][n] + slopes[3][n])
-                for n, v in x.items()
-            }
-        return x
+        base, names = self.translator.env, [s.name for s in rated]
+        moves = {n: base[n] - base[p] for n, p in before.items()}
 
-    def _rates(self, rated: list[State], env: dict[str, Any]) -> dict[str, Any]:
+        def inputs(s: float) -> dict[str, Any]:
+            return {n: base[p] + s * moves[n] for n, p in before.items()}
+
+        def rates(s: float, x: list[Any]) -> list[Any]:
+            return self._rates(rated, {**base, **inputs(s), **dict(zip(names, x, strict=True))})
+
+        def slopes(s: float, x: list[Any]) -> Slopes:
+            here = {**dict(zip(names, x, strict=True)), **inputs(s)}
+            here = {n: self.translator.same(n, v) for n, v in here.items()}
+            f = self._rates(rated, {**base, **here})
+            rows = ca.diagcat(ca.SX.eye(len(names)), ca.vertcat(*moves.values()))
+            D = Chain(self.translator, list(here.values()), rows).tangent(f)
+            m = len(names)
+            return Slopes(f, [[D[i, j] for j in range(m)] for i in range(m)], [D[i, m] for i in range(m)])
+
+        start, steps = [base[n] for n in names], max(s.substeps for s in rated)
+        if any(s.stiff for s in rated):
+            end = rosenbrock(rates, slopes, start, moves[time], steps)
+        else:
+            end = runge_kutta(rates, start, moves[time], steps)
+        return dict(zip(names, end, strict=True))
+
+    def _rates(self, rated: list[State], env: dict[str, Any]) -> list[Any]:
         t = self.translator
         inner = Translator(dict(env), t.complex_names, t.j, t.calls, t._known)
         wanted = {s.name for s in rated}
@@ -159,7 +167,7 @@ class Lowering:
                 wanted.discard(s.name)
             if not wanted:
                 break
-        return {s.name: inner.sx(s.rate) for s in rated}
+        return [inner.sx(s.rate) for s in rated]
 
     def tangent(self, exprs: list[Any]) -> Any:
         """d(exprs)/d(directions), SX of shape (len(exprs), directions), with calls and old states chained

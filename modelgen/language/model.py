@@ -153,7 +153,7 @@ class Model:
             keys = {
                 Equation: ("expr",),
                 Implicit: ("residual", "bracket"),
-                State: ("initial", "update", "rate", "substeps"),
+                State: ("initial", "update", "rate", "substeps", "stiff"),
             }
             parts.append(
                 f"{s.name}:{s.unit}:{s.ref}:"

@@ -211,8 +211,9 @@ class State(Symbolic):
 
     At the first sample it has the value `initial`. At each later sample it is either replaced by `update`, in
     which its own symbol means the value before (statements run in the order in which they are written), or
-    integrated from `rate` = dx/dt over the step by the classical Runge–Kutta scheme in `substeps` steps,
-    inputs running linearly between samples.
+    integrated from `rate` = dx/dt over the step in `substeps` steps, inputs running linearly between samples:
+    by the classical Runge–Kutta scheme of order 4, or, all of a model's together where one is `stiff`, by
+    RODAS3, L-stable and of order 3.
     """
 
     name: str
@@ -223,6 +224,7 @@ class State(Symbolic):
     ref: str = ""
     text: str = ""
     substeps: int = 1
+    stiff: bool = False
 
     def __post_init__(self) -> None:
         for key in ("initial", "update", "rate"):

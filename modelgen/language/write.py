@@ -181,7 +181,8 @@ class _File:
             value = self.call("Implicit", [quoted(s.name), say(s.residual), bracket], tail, positional=2)
         else:
             steps = [(k, say(getattr(s, k) or 0), getattr(s, k) is None) for k in ("update", "rate")]
-            tail = [*steps, *tail, ("substeps", repr(s.substeps), s.substeps == 1)]
+            tail = [*steps, *tail, ("substeps", repr(s.substeps), s.substeps == 1),
+                    ("stiff", repr(s.stiff), not s.stiff)]  # fmt: skip
             value = self.call("State", [quoted(s.name), say(s.initial)], tail)
         return [*aliases, *self.define(s, value)]
 

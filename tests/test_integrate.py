@@ -1,0 +1,111 @@
+"""States with a rate: both schemes against CVODES with error control, their orders, and stiffness."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import mpmath as mp
+import numpy as np
+import pytest
+from exact import run
+
+from modelgen.codegen import build
+from modelgen.language import Equation, Input, Model, Parameter, State, Symbol, exp, previous
+
+t, u = Input("t", "1"), Input("u", "1")
+k, mu = Parameter("k", "1", 2.0, (0.1, 1e5)), Parameter("mu", "1", 1.5, (0.0, 1e4))
+START = (0.5, -1.0)
+
+
+def oscillator(substeps: int, stiff: bool) -> Model:
+    """Van der Pol's oscillator, driven."""
+    x, v = Symbol("x", real=True), Symbol("v", real=True)
+    force = Equation("force", mu * (1 - x**2) * v - k * x + exp(-(x**2)) * u)
+    states = (
+        State("x", START[0], rate=v, substeps=substeps, stiff=stiff),
+        State("v", START[1], rate=force.symbol),
+    )
+    y = Equation("y", x + v / 10)
+    return Model("driven", (t, previous(t), u, previous(u)), (k, mu), (force, *states, y), ("y",))
+
+
+def cvodes(at: Any, drive: Any, values: dict[str, float]) -> tuple[Any, Any]:
+    """y and dy/d(k, mu) at each time, by CVODES from knot to knot with the drive linear between them."""
+    x, p, s = ca.SX.sym("x", 2), ca.SX.sym("p", 2), ca.SX.sym("s")
+    step = ca.SX.sym("step", 3)  # its length, the drive at its ends
+    force = p[1] * (1 - x[0] ** 2) * x[1] - p[0] * x[0]
+    force += ca.exp(-(x[0] ** 2)) * (step[1] + s * (step[2] - step[1]))
+    problem = {"x": x, "p": ca.vertcat(p, step), "t": s, "ode": step[0] * ca.vertcat(x[1], force)}
+    tight = {"abstol": 1e-12, "reltol": 1e-12, "max_num_steps": 100_000}
+    walk = ca.integrator("walk", "cvodes", problem, 0, 1, tight)
+    xs, ps, steps = ca.MX.sym("x", 2), ca.MX.sym("p", 2), ca.MX.sym("step", 3)
+    end = walk(x0=xs, p=ca.vertcat(ps, steps))["xf"]
+    move = ca.Function("move", [xs, ps, steps], [end, ca.jacobian(end, xs), ca.jacobian(end, ps)])
+    state, slope, p_value = np.array(START), np.zeros((2, 2)), [values["k"], values["mu"]]
+    rows, slopes = [state], [slope]
+    for i in range(1, len(at)):
+        new, by_x, by_p = move(state, p_value, [at[i] - at[i - 1], drive[i - 1], drive[i]])
+        state, slope = np.array(new).ravel(), np.array(by_x) @ slope + np.array(by_p)
+        rows.append(state)
+        slopes.append(slope)
+    weights = np.array([1.0, 0.1])
+    return np.array(rows) @ weights, np.einsum("i,tij->tj", weights, np.array(slopes))
+
+
+AT = np.linspace(0, 3, 31)
+DRIVE = np.sin(3 * AT)
+
+
+@pytest.fixture(scope="module")
+def reference() -> tuple[Any, Any]:
+    return cvodes(AT, DRIVE, {"k": 2.0, "mu": 1.5})
+
+
+@pytest.mark.parametrize("stiff, order, steps", [(False, 4, (2, 4)), (True, 3, (4, 8))])
+def test_values_and_derivatives_converge_with_their_order_to_those_of_cvodes(
+    reference: Any, stiff: bool, order: int, steps: tuple[int, int]
+) -> None:
+    errors = []
+    for n in steps:
+        F = build(oscillator(n, stiff))
+        jac = F.jacobian(t=AT, u=DRIVE, k=2.0, mu=1.5)
+        y = F(t=AT, u=DRIVE, k=2.0, mu=1.5)
+        errors.append([np.abs(y - reference[0]).max(), np.abs(jac - reference[1]).max()])
+    coarse, fine = np.array(errors)
+    assert np.all(fine < 1e-5)
+    assert np.all(coarse / fine > 0.75 * 2**order)
+
+
+@pytest.mark.parametrize("stiff", [False, True])
+def test_forty_digits_say_the_same(stiff: bool) -> None:
+    samples = [{"t": mp.mpf(float(a)), "u": mp.mpf(float(b))} for a, b in zip(AT[:6], DRIVE[:6], strict=True)]
+    wanted = [float(e["y"]) for e in run(oscillator(2, stiff), samples)]
+    assert build(oscillator(2, stiff))(t=AT[:6], u=DRIVE[:6]) == pytest.approx(wanted, rel=1e-13)
+
+
+def test_a_stiff_state_stays_in_bounds_where_steps_are_a_thousand_time_constants_long() -> None:
+    """dx/dt = k (u − x): x follows u; the explicit scheme explodes."""
+    x = State("x", 0.0, rate=k * (u - Symbol("x", real=True)))
+    model = Model("lag", (t, previous(t), u, previous(u)), (k,), (x, Equation("y", x)), ("y",))
+    implicit = replace(model, statements=(replace(x, stiff=True), Equation("y", x)))
+    wanted = DRIVE - np.gradient(DRIVE, AT) / 1e4
+    found = build(implicit)(t=AT, u=DRIVE, k=1e4)
+    assert found[1:-1] == pytest.approx(wanted[1:-1], abs=2e-4)
+    assert not np.all(np.abs(build(model)(t=AT, u=DRIVE, k=1e4)) < 10)
+
+
+def test_van_der_pol_with_its_jumps_in_stiff_steps() -> None:
+    """At mu = 500 it creeps for long and jumps in between, each time where it should."""
+    from scipy.integrate import solve_ivp
+
+    at = np.linspace(0, 2, 1601)
+    values = {"k": 500.0, "mu": 500.0}
+    solution = solve_ivp(
+        lambda _, x: [x[1], 500 * ((1 - x[0] ** 2) * x[1] - x[0])], (0, 2), START, "Radau", at, rtol=1e-9
+    )
+    wanted = solution.y[0] + solution.y[1] / 10
+    found = build(oscillator(4, True))(t=at, u=0 * at, **values)
+    assert np.abs(found - wanted)[np.abs(np.gradient(wanted)) < 0.02].max() < 0.02
+    assert np.sum(np.diff(np.sign(wanted)) != 0) == np.sum(np.diff(np.sign(found)) != 0) >= 2
