@@ -118,6 +118,9 @@ class _Tile:
     def _level(self, level: int) -> list[tuple[int, Recurrence]]:
         return [(k, x) for k, x in enumerate(self.states) if x.level == level]
 
+    def _keeps(self, level: int) -> tuple[int, ...]:
+        return self.kept if level == 0 else ()
+
     def _levels(self) -> range:
         return range(1 + max(x.level for x in self.states))
 
@@ -151,7 +154,11 @@ class _Tile:
         graph, masks = self.graph, self.masks
         rows = [at for x in self.states for at in (x.factor, x.rest)]
         roots = [*self.roots, *rows]
-        need = graph.needed_until(roots, set(self.place))
+        found = set(graph.needed_until(self.roots, set(self._given(len(self.states) + 1))))
+        for level in self._levels():
+            now = [at for _, x in self._level(level) for at in (x.factor, x.rest)]
+            found.update(graph.needed_until([*now, *self._keeps(level)], set(self._given(level))))
+        need = sorted(found)
         inside = [a for a in need if masks[a] & LOOP and a not in self.place]
         hoisted = {a for at in inside for a in graph.nodes[at].args if not masks[a] & LOOP}
         outside = [a for a in need if not masks[a] & LOOP and a not in self.place]
@@ -186,7 +193,7 @@ class _Tile:
         made = []
         for level in self._levels():
             states = self._level(level)
-            kept = self.kept if level == 0 else ()
+            kept = self._keeps(level)
             roots = [at for _, x in states for at in (x.factor, x.rest)]
             given = self._given(level)
             lines, printer, _ = self._body([*roots, *kept], given)
