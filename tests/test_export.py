@@ -12,7 +12,7 @@ import pytest
 
 import modelgen.models as models
 from modelgen.codegen import build
-from modelgen.errors import InputError
+from modelgen.errors import InputError, ToolError
 from modelgen.export import arm, export
 from modelgen.export.c99 import Settings
 from modelgen.export.datasheet import emulator_files, merge
@@ -182,6 +182,17 @@ def test_without_the_tools_the_datasheet_says_what_is_not_measured(
     sheet = (tmp_path / "DATASHEET.md").read_text()
     assert "Instructions a call: not measured, because no-such-emulator is not installed." in sheet
     assert "Flash: not measured" in sheet
+
+
+def test_a_failed_self_test_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    costs = {r.name: arm.Cost(1, 1, 8) for r in make_unit(models.modified_dahl).routines}
+    bad = arm.Footprint("Cortex-M4F", 1, 1, 0, 1, 1, 8, costs, passed=False)
+    monkeypatch.setattr("modelgen.export.datasheet.arm.missing_tools", lambda: ())
+    monkeypatch.setattr("modelgen.export.datasheet.arm.measure", lambda *_: bad)
+    monkeypatch.setattr("modelgen.export.datasheet.arm.versions", lambda: ("", ""))
+    with pytest.raises(ToolError, match="modified_dahl: its self-test fails on Cortex-M4F"):
+        export(models.modified_dahl, "c99", tmp_path, Settings("float"))
+    assert "FAILED" in (tmp_path / "DATASHEET.md").read_text()
 
 
 def test_exporting_again_changes_no_byte(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import sympy as sp
+from sympy.codegen.cfunctions import expm1
 from sympy.core.relational import Relational
 
 from modelgen.errors import InputError
@@ -20,9 +21,11 @@ PLAIN: dict[Any, Any] = {
     sp.exp: ca.exp, sp.sin: ca.sin, sp.cos: ca.cos, sp.tan: ca.tan, sp.sinh: ca.sinh, sp.cosh: ca.cosh,
     sp.tanh: ca.tanh, sp.log: ca.log, sp.Abs: ca.fabs, sp.sign: ca.sign, sp.atan2: ca.atan2, sp.asin: ca.asin,
     sp.acos: ca.acos, sp.atan: ca.atan, sp.asinh: ca.asinh, sp.acosh: ca.acosh, sp.atanh: ca.atanh,
-    sp.floor: ca.floor, sp.ceiling: ca.ceil, sp.erf: ca.erf,
+    sp.floor: ca.floor, sp.ceiling: ca.ceil, sp.erf: ca.erf, expm1: ca.expm1,
 }  # fmt: skip
-NEEDS_REAL = (sp.Abs, sp.log, sp.sign, sp.atan2, sp.floor, sp.ceiling, sp.asin, sp.acos, sp.atan, sp.erf)
+NEEDS_REAL = (
+    sp.Abs, sp.log, sp.sign, sp.atan2, sp.floor, sp.ceiling, sp.asin, sp.acos, sp.atan, sp.erf, expm1,
+)  # fmt: skip
 NONHOLOMORPHIC = (sp.Abs, sp.arg, sp.re, sp.im)
 RELATION = {
     sp.StrictLessThan: ca.lt, sp.LessThan: ca.le, sp.StrictGreaterThan: ca.gt, sp.GreaterThan: ca.ge,

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import exp as number_exp
-from math import expm1
+from math import expm1 as number_expm1
 from typing import Any
 
 from sympy import Symbol
 
 from modelgen.effects.effect import unit_of
-from modelgen.language import Equation, Model, Parameter, Port, State, exp, log, pi, sin
+from modelgen.language import Equation, Model, Parameter, Port, State, exp, expm1, log, pi, sin
 
 ARMS = 14
 STEP = 1.5
@@ -40,9 +40,9 @@ def arm(name: str, x: Any, at: Port, rest: Parameter) -> State:
 
     The stretch q = z − p obeys q' = z' − rate·q, solved exactly for z linear between samples.
     """
-    fading = exp(-x)
-    kept = (at["z_prev"] - Symbol(name, real=True)) * fading
-    new = (at["z"] - at["z_prev"]) * (1 - fading) / (x + TINY)
+    faded = -expm1(-x)
+    kept = (at["z_prev"] - Symbol(name, real=True)) * (1 - faded)
+    new = (at["z"] - at["z_prev"]) * faded / (x + TINY)
     return State(name, rest, at["z"] - kept - new, unit=rest.unit, text="foot of a Maxwell arm")
 
 
@@ -79,7 +79,10 @@ class Ladder:
         highest = lowest * exp(alpha * reach)
         slower = [lowest / (exp((n + alpha) * self.step) - 1) for n in (0, 1)]
         faster = [highest / (exp((n - alpha) * self.step) - 1) for n in (1, 2)]
-        total = sum(lowest * exp(alpha * self.step * i) * self.stretch(i) for i in range(self.count))
+        total = self.stretch(self.count - 1)
+        for i in reversed(range(self.count - 1)):  # Horner's scheme: one exponential
+            total = total * exp(alpha * self.step) + self.stretch(i)
+        total = lowest * total
         total += slower[1] * self.stretch(0) + faster[1] * self.stretch(self.count - 1)
         return (
             total
@@ -89,7 +92,7 @@ class Ladder:
 
     def logarithm(self) -> Any:
         """ln(jω/unit_omega) z: equal weights, the power law's rule at α → 0."""
-        ends = [1 / expm1(n * self.step) for n in (1, 2)]
+        ends = [1 / number_expm1(n * self.step) for n in (1, 2)]
         top = self.rate * number_exp(self.step * (self.count - 1))
         below = log(self.rate / Symbol("unit_omega", real=True)) / self.step - 0.5 - ends[0]
         total = (

@@ -35,7 +35,8 @@ class Settings:
 def export_c99(model: Model, folder: Path, settings: Settings) -> tuple[Path, ...]:
     """Write the C of `model` into `folder`, beside that of others that are there.
 
-    Raises InputError for a wrong setting, ToolError when the folder can't be written or a tool refuses the C.
+    Raises InputError for a wrong setting, ToolError when the folder can't be written, a tool refuses the C,
+    or the C, which is written all the same, fails its own test.
     """
     if settings.real not in REALS:
         near = did_you_mean(settings.real, REALS)
@@ -55,6 +56,9 @@ def export_c99(model: Model, folder: Path, settings: Settings) -> tuple[Path, ..
     texts["DATASHEET.md"] = merge(_read(folder / "DATASHEET.md"), unit.prefix, section)
     for name, text in texts.items():
         write_atomically(folder / name, text, parents=True)
+    if failed := sheet.failures(settings.real):
+        cores = ", ".join(failed)
+        raise ToolError(f"{unit.prefix}: its self-test fails on {cores}, see {folder / 'DATASHEET.md'}")
     return tuple(folder / name for name in texts)
 
 

@@ -29,9 +29,9 @@ class Sheet:
     no_compiler: str
     reaches: tuple[Reach, ...]
 
-    def failures(self) -> tuple[str, ...]:
-        """Where the self-test failed in the emulator."""
-        return tuple(f"{f.core} {real}" for real, f in self.prints if not f.passed)
+    def failures(self, real: str) -> tuple[str, ...]:
+        """The cores on which the self-test of that precision failed in the emulator."""
+        return tuple(f.core for r, f in self.prints if r == real and not f.passed)
 
 
 def take(unit: Unit, real: str, ranges: Mapping[str, Range], emulator: bool = True) -> Sheet:

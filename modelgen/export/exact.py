@@ -58,6 +58,8 @@ def bouc_wen_step(q: Any, x: Any, n: Any, sigma: Any) -> Any:
     at = max(-mp.log1p(-q), mp.mpf(0)) if loading else min(q + rate(q) * x, mp.mpf(0))
     for _ in range(100):
         end = -mp.expm1(-at) if loading else at
+        if end == 1:  # to all digits
+            return end
         miss = (wanted - way(end)) * rate(end) * (mp.exp(at) if loading else 1)
         at += miss
         if abs(miss) <= tiny:

@@ -24,6 +24,7 @@ from sympy import (
     tan,
     tanh,
 )
+from sympy.codegen.cfunctions import expm1
 
 from modelgen.language.functions import bouc_wen_step, dahl_step, eddy_factor, gamma, powdiff, powj
 from modelgen.language.model import Model, Output, Port, check_name, check_option
@@ -52,7 +53,7 @@ __all__ = [
     "Abs", "ComplexParameter", "Condition", "Equation", "I", "Implicit", "Input", "Max", "Min", "Model",
     "Output", "Parameter", "Piecewise", "Port", "Rational", "State", "Statement", "Symbol", "Symbolic",
     "acceleration_of", "amplitude_of", "arg", "asin", "bouc_wen_step", "check_name", "check_option",
-    "complex_parameter", "cos", "cosh", "dahl_step", "eddy_factor", "exp", "gamma", "im", "j", "log", "pi",
-    "powdiff", "powj", "previous", "quadrature_of", "rate_of", "re", "sign", "sin", "sinh", "sqrt", "tan",
-    "tanh", "turning_point_of",
+    "complex_parameter", "cos", "cosh", "dahl_step", "eddy_factor", "exp", "expm1", "gamma", "im", "j", "log",
+    "pi", "powdiff", "powj", "previous", "quadrature_of", "rate_of", "re", "sign", "sin", "sinh", "sqrt",
+    "tan", "tanh", "turning_point_of",
 ]  # fmt: skip
