@@ -136,9 +136,9 @@ def prove_secret(path: Path, json: Path | None, limit: float) -> int:
     with tempfile.TemporaryDirectory(prefix="own-") as scratch:
         (row,) = run(
             own_trials(path), Room(Path(scratch)), 1, limit,
-            lambda row: to.print(f"sealed    {row['sha256']}"), lambda row: None,
+            lambda row: to.print(f"sealed    {row['sha256']}", soft_wrap=True), lambda row: None,
         )  # fmt: skip
-    to.print("diagnosed " + (row["error"] or row["verdict"]["summary"]))
+    to.print("diagnosed " + (row["error"] or row["verdict"]["summary"]), soft_wrap=True)
     if "withheld" not in row:
         to.print("revealed  " + (" + ".join(row["effects"]) or "nothing is missing"))
         to.print("scored    " + _marks(row))
