@@ -167,6 +167,23 @@ def modal(
 
 
 @app.command()
+def loops(
+    recording: Annotated[Path, typer.Argument(metavar="RECORDING.csv", help="t [s], z [mm], F [N]")],
+    json: Json = None,
+    skip: Annotated[int, typer.Option(help="leave out so many cycles at the beginning")] = 0,
+    length: Annotated[float | None, typer.Option(help="of the sample [mm]: say the strain, too")] = None,
+    area: Annotated[float | None, typer.Option(help="its cross-section [mm²]: say the stress, too")] = None,
+    against: Annotated[
+        Path | None, typer.Option(help="an earlier recording of the same motion: say how the force shifted")
+    ] = None,
+) -> None:
+    """Stiffness, damping and hysteresis of each cycle of a force-displacement recording, also of a sweep."""
+    from modelgen.cli.loops import loops_case
+
+    loops_case(recording, against, json, skip, length, area)
+
+
+@app.command()
 def reproduce(
     paper: Annotated[list[str] | None, typer.Argument(metavar="[PAPER]...", help="gmm, mre; both")] = None,
     json: Json = None,

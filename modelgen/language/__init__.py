@@ -46,6 +46,7 @@ from modelgen.language.quantities import (
     rate_of,
     turning_point_of,
 )
+from modelgen.language.varying import varying
 
 j = I
 
@@ -55,5 +56,5 @@ __all__ = [
     "acceleration_of", "amplitude_of", "arg", "asin", "bouc_wen_step", "check_name", "check_option",
     "complex_parameter", "cos", "cosh", "dahl_step", "eddy_factor", "exp", "expm1", "gamma", "im", "j", "log",
     "pi", "powdiff", "powj", "previous", "quadrature_of", "rate_of", "re", "sign", "sin", "sinh", "sqrt",
-    "tan", "tanh", "turning_point_of",
+    "tan", "tanh", "turning_point_of", "varying",
 ]  # fmt: skip

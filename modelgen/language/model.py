@@ -240,16 +240,22 @@ class Model:
 
     def substitute(self, equation: str, mapping: Mapping[Any, Any]) -> Model:
         """A model in which symbols of one statement are replaced by expressions."""
-        old = self[equation]
-        table = {sp.sympify(a): sp.sympify(b) for a, b in mapping.items()}
-
-        def sub(expr: Any) -> Any:
-            return None if expr is None else expr.xreplace(table)
-
-        if isinstance(old, Equation):
-            new: Statement = replace(old, expr=sub(old.expr))
-        elif isinstance(old, State):
-            new = replace(old, initial=sub(old.initial), update=sub(old.update), rate=sub(old.rate))
-        else:
-            new = replace(old, residual=sub(old.residual), bracket=tuple(sub(b) for b in old.bracket))
+        new = substituted(self[equation], mapping)
         return replace(self, statements=tuple(new if s.name == equation else s for s in self.statements))
+
+
+def substituted(statement: Statement, mapping: Mapping[Any, Any]) -> Statement:
+    """The statement with symbols replaced by expressions, wherever they stand in it."""
+    table = {sp.sympify(a): sp.sympify(b) for a, b in mapping.items()}
+
+    def sub(expr: Any) -> Any:
+        return None if expr is None else expr.xreplace(table)
+
+    if isinstance(statement, Equation):
+        return replace(statement, expr=sub(statement.expr))
+    if isinstance(statement, State):
+        whole = {key: sub(getattr(statement, key)) for key in ("initial", "update", "rate")}
+        return replace(statement, **whole)
+    return replace(
+        statement, residual=sub(statement.residual), bracket=tuple(sub(b) for b in statement.bracket)
+    )

@@ -7,7 +7,7 @@ The arm's dashpot follows its exact solution for a displacement that is linear b
 
 from sympy import Symbol
 
-from modelgen.language import Equation, Parameter, State, exp
+from modelgen.language import Equation, Parameter, State, expm1
 from modelgen.models.sample import ANY, F_0, c_D, k_D, k_f, sample_model, t, t_prev, v_D, z_D, z_D_prev
 
 SOURCE = (
@@ -23,8 +23,9 @@ z_rest = Parameter(
 
 x = Equation("x", (t - t_prev) / tau_M, "1", text="time step over relaxation time")
 foot = Symbol("z_M", real=True)
-kept = (z_D_prev - foot) * exp(-x)
-new = (z_D - z_D_prev) * (1 - exp(-x)) / (x + TINY)
+faded = -expm1(-x)
+kept = (z_D_prev - foot) * (1 - faded)
+new = (z_D - z_D_prev) * faded / (x + TINY)
 z_M = State("z_M", z_rest, z_D - kept - new, unit="mm", text="foot of the arm's spring, moved by its dashpot")
 F_M = Equation("F_M", k_M * (z_D - z_M), "N", text="force of the Maxwell arm")
 F_r = Equation("F_r", F_M + c_D * v_D + k_f * z_D + F_0, "N", "(7)", "force of the sample")

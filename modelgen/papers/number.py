@@ -26,8 +26,9 @@ class Published:
     printed: the digits of the paper, "4.3788e-10": half a unit of the last one is its rounding. within: an
     uncertainty that the paper states, if wider. ours: computes it, in `unit`; how: says by what.
     lacks: what the paper does not give, so that `ours`, where there is one, is computed on stand-ins and
-    proves nothing. wrong: the evidence that a number which we do not meet is wrong in print. given: says why
-    there is nothing to compute, as of a setting or of an instrument's reading.
+    proves nothing. wrong: the evidence that a number which we do not meet is wrong in print. missed: what it
+    is put down to when ours, computed from printed numbers alone, does not meet it. given: says why there is
+    nothing to compute, as of a setting or of an instrument's reading.
     """
 
     row: str
@@ -38,6 +39,7 @@ class Published:
     ours: Callable[[], float] | None = None
     lacks: str = ""
     wrong: str = ""
+    missed: str = "no reading of the paper was found that gives this number"
     given: str = ""
     within: float = 0.0
 
@@ -92,6 +94,4 @@ def judge(number: Published) -> Result:
         )
     if number.wrong:
         return Result(number, ours, Verdict.WRONG, number.wrong)
-    return Result(
-        number, ours, Verdict.NOT_REPRODUCIBLE, "no reading of the paper was found that gives this number"
-    )
+    return Result(number, ours, Verdict.NOT_REPRODUCIBLE, number.missed)
