@@ -138,7 +138,7 @@ def test_from_the_textbook_form_to_one_division_in_the_loop() -> None:
     loop = next(k for k in source.kernels if k.name == "values_complex").code.split("for (")[1]
     code = "".join(line.split("/*")[0] for line in loop.splitlines())
     assert code.count("/") == 1
-    assert next(k.operations for k in source.kernels if k.name == "values_complex") <= 26
+    assert next(k.work.operations for k in source.kernels if k.name == "values_complex") <= 26
 
 
 def test_nothing_is_divided_by_what_may_be_zero() -> None:

@@ -5,14 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from modelgen.cli.console import check_output, console, table
-from modelgen.codegen import build, generate
+from modelgen.codegen import Function, build, generate
+from modelgen.codegen.roofline import roofline
 from modelgen.errors import InputError
 from modelgen.export import export
 from modelgen.export.c99 import Settings
 from modelgen.language import Model
 from modelgen.models import SHIPPED, load
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 
 def build_models(specs: Sequence[str], out: Path) -> None:
@@ -21,15 +26,24 @@ def build_models(specs: Sequence[str], out: Path) -> None:
     models = [load(spec) for spec in specs or SHIPPED]
     _check_ids(models)
     functions = [build(model) for model in models]
-    shown = table("model", "kernel", "operations per sample")
-    shown.columns[1].justify = "left"
-    for model, function in zip(models, functions, strict=True):
+    for model in models:
         generate(model, out)
-        for k, kernel in enumerate(function.source.kernels):
-            shown.add_row("" if k else model.id, kernel.name, str(kernel.operations), end_section=False)
     to = console()
-    to.print(shown)
+    to.print(_rooflines(functions))
     to.print(f"C of {len(models)} model{'s' * (len(models) > 1)} in {out}")
+
+
+def _rooflines(functions: Sequence[Function]) -> Table:
+    """What a point costs in each kernel, and how much of what the machine can do that is."""
+    shown = table("model", "kernel", "operations", "ns a point", "limit [ns]", "limited by", "reached")
+    shown.columns[1].justify = shown.columns[5].justify = "left"
+    for function in functions:
+        for k, roof in enumerate(roofline(function)):
+            limit, share = ("–", "–") if roof.limit is None else (f"{roof.limit:.2g}", f"{roof.share:.0%}")
+            name = "" if k else function.model.id
+            cost = (str(roof.operations), f"{roof.reached:.3g}")
+            shown.add_row(name, roof.kernel, *cost, limit, roof.by, share)
+    return shown
 
 
 def export_models(

@@ -16,6 +16,7 @@ from modelgen.codegen.compiler import FAST, QUICK, cache_folder, compile_library
 from modelgen.codegen.emit import Kernel, Source, emit, templates_folder
 from modelgen.codegen.function import Function, load
 from modelgen.codegen.program import build_program
+from modelgen.codegen.real import Work
 from modelgen.files import write_atomically
 from modelgen.language import Model
 
@@ -120,7 +121,7 @@ def _remembered(key: str) -> tuple[Source, Path] | None:
     try:
         kept = json.loads((cache_folder() / f"{key}.json").read_text())
         library = cache_folder() / kept.pop("library")
-        kernels = tuple(Kernel(**k) for k in kept.pop("kernels"))
+        kernels = tuple(Kernel(**k | {"work": Work(*k["work"])}) for k in kept.pop("kernels"))
         equations = tuple((n, bool(c)) for n, c in kept.pop("equations"))
         for name in ("measures", "outputs", "complex_outputs"):
             kept[name] = tuple(kept[name])

@@ -18,6 +18,7 @@ from modelgen.language import Model
 
 Array = np.ndarray[Any, np.dtype[Any]]
 LINE = 64  # bytes
+PAGE = 512  # numbers
 _SIZE, _POINTER = ctypes.c_size_t, ctypes.c_void_p
 
 
@@ -162,7 +163,7 @@ class Function:
         inputs, p, _ = self._arguments(given)
         arrays = tuple(inputs.values())
         n = len(arrays[0])
-        stride = -(-n // PADDED) * PADDED
+        stride = padded(n)
         work = aligned(max(1, self.source.staged), stride)
         if self.model.inputs:
             self.call("prepare", n, stride, _pointers(arrays), p, work)
@@ -231,6 +232,12 @@ class Function:
             result[name] = (out[at] + 1j * out[at + 1] if is_complex else out[at]).reshape(shape)
             at += 2 if is_complex else 1
         return result
+
+
+def padded(n: int) -> int:
+    """Numbers from row to row of n: whole vectors, but no page, which would push rows out of the cache."""
+    whole = -(-n // PADDED) * PADDED
+    return whole + PADDED if whole % PAGE == 0 else whole
 
 
 def aligned(*shape: int) -> Array:

@@ -13,11 +13,11 @@ def sumsq(stages: Stages, prefix: str, measure: str) -> Kernel:
     """Weighted sums of squares of many parameter sets."""
     region = stages.kernel(measure, False)
     parameters, columns = len(stages.parameters), len(stages.program.wrt)
-    operations = region.operations
+    cost = region.work
     squares = " + ".join(f"e{c} * e{c}" for c in range(len(region.values)))
     total = ["double lanes[MG_LANES] = { 0.0 };"]
     if stages.program.model.states:
-        lines, operations = over_time(
+        lines, cost = over_time(
             stages, measure, False, lambda r: [*_errors(r, measure), f"lanes[0] += {squares};"],
             lambda r: [*_errors(r, measure), f"row[0][l] = {squares};"],
             _blocks(1, ["lanes[l] += row[0][b + l];"]),
@@ -42,20 +42,20 @@ def sumsq(stages: Stages, prefix: str, measure: str) -> Kernel:
     says = f"{SAYS[measure]}: weighted sum of squares of (model - data) for each of nset rows of theta."
     return make_kernel(
         stages, prefix, f"sumsq_{measure}", says, "const size_t nset, ", f"{arrays}, double *restrict ssq",
-        lines, operations + 3 * len(region.values),
+        lines, cost.plus(3 * len(region.values)),
     )  # fmt: skip
 
 
 def normal(stages: Stages, prefix: str, measure: str) -> Kernel:
     """JᵀJ (upper triangle by rows), Jᵀe and e·e without storing J."""
     region = stages.kernel(measure, True)
-    columns, operations = len(stages.program.wrt), region.operations
+    columns, cost = len(stages.program.wrt), region.work
     size = (columns + 1) * (columns + 2) // 2
     lines = [f"double sum[{size}][MG_LANES] = {{ {{ 0.0 }} }};"]
     if stages.program.model.states:
         scan = scan_of(stages)
         shape = region if scan is None else scan.shape(measure)
-        more, operations = over_time(
+        more, cost = over_time(
             stages, measure, True, lambda r: [*_rows(r, measure), *_products(r)],
             lambda r: [*_rows(r, measure), *_stores(r)],
             _blocks(len(_names(shape)), _tiled(shape)),
@@ -70,7 +70,7 @@ def normal(stages: Stages, prefix: str, measure: str) -> Kernel:
     ]  # fmt: skip
     ends = ", const double *restrict data, const double *restrict weight, double *restrict normal"
     says = f"{SAYS[measure]}: J^T J (upper triangle by rows), J^T e and e^T e, e the weighted residual."
-    return make_kernel(stages, prefix, f"normal_{measure}", says, "", ends, lines, operations + 2 * size)
+    return make_kernel(stages, prefix, f"normal_{measure}", says, "", ends, lines, cost.plus(2 * size))
 
 
 def _rows(region: Region, measure: str) -> list[str]:

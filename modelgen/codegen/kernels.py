@@ -10,7 +10,7 @@ from functools import cached_property
 from modelgen.codegen.algebra import FREE, SAMPLE, STATE
 from modelgen.codegen.ctext import BRANCHLESS, FUNCTION, Printer, c_name
 from modelgen.codegen.program import Program, Root, Sample, sensitivity
-from modelgen.codegen.real import operations
+from modelgen.codegen.real import Work, work
 from modelgen.codegen.split import Complex, Pair
 
 
@@ -63,7 +63,7 @@ class Region:
     jacobian: tuple[tuple[str, ...], ...]
     state_names: tuple[str, ...]
     state_values: tuple[str, ...]
-    operations: int
+    work: Work
 
 
 class Stages:
@@ -160,7 +160,7 @@ class Stages:
             (),
             (),
             (),
-            operations(graph, need),
+            work(graph, need),
         )
 
     def kernel(self, measure: str, jacobian: bool) -> Region:
@@ -224,7 +224,7 @@ class Stages:
                 tuple("0.0" if d is None else printer.value(d) for d in c.jacobian) for c in chans if jacobian
             ),
             tuple(used), tuple(state_values),
-            operations(graph, inside),
+            work(graph, inside),
         )  # fmt: skip
 
     def everything(self, first: bool = False) -> Region:
@@ -245,7 +245,7 @@ class Stages:
         )
         used = [printer.names[graph.input(n)] for n in self.state_names]
         values, states = (tuple(map(printer.value, ids)) for ids in (roots, sample.states.values()))
-        return Region(tuple(setup), tuple(body), values, (), tuple(used), states, operations(graph, need))
+        return Region(tuple(setup), tuple(body), values, (), tuple(used), states, work(graph, need))
 
     def root(self, r: Root) -> Region:
         """Residual and slope of an implicit equation, as a function of its arguments and the unknown."""
@@ -261,7 +261,7 @@ class Stages:
             (),
             (),
             (),
-            operations(r.graph, need),
+            work(r.graph, need),
         )
 
     def place_name(self, printer: Printer, graph: object, at: int) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from modelgen.codegen.kernels import Region, Stages
+from modelgen.codegen.real import Work
 
 LANES = 8
 """Sums have this many parts, of every 8th sample, so that their order is the same on every machine."""
@@ -24,13 +25,15 @@ SAYS = {"complex": "Re and Im", "modulus": "Modulus", "phase": "Phase in degrees
 
 @dataclass(frozen=True)
 class Kernel:
-    """A C function: its name after the prefix, comment, signature and body; `operations` per sample."""
+    """A C function: its name after the prefix, comment, signature and body; `work` of a sample, and the
+    `words` of arrays that it loads and stores."""
 
     name: str
     comment: str
     signature: str
     code: str
-    operations: int
+    work: Work
+    words: int
 
 
 def indent(lines: Sequence[str], depth: int) -> str:
@@ -49,7 +52,7 @@ def make_kernel(
     first: str,
     ends: str,
     lines: list[str],
-    operations: int,
+    work: Work,
     gives: str = "void",
 ) -> Kernel:
     data = (
@@ -61,9 +64,13 @@ def make_kernel(
     text = "\n".join(lines)
     unused = [f"(void){x};" for x in names if not re.search(rf"\b{x}\b", text)]
     code = indent(join([*unused, *lines]), 1)
-    return Kernel(
-        name, f"/* {says} */", f"{gives} {prefix}_{name}({first}{SIZES}, {data}{ends})", code, operations
-    )
+    signature = f"{gives} {prefix}_{name}({first}{SIZES}, {data}{ends})"
+    return Kernel(name, f"/* {says} */", signature, code, work, words(code))
+
+
+def words(code: str) -> int:
+    """How many numbers of arrays a sample takes and gives."""
+    return len(set(re.findall(r"\b(?:work|data|weight|out|jac|in)\[[^\n]*?\b[ik]\]", code)))
 
 
 _VECTORISES = {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 UNARY: dict[str, Callable[[float], float]] = {
     "neg": lambda a: -a, "sqrt": math.sqrt, "exp": math.exp, "log": math.log, "sin": math.sin,
@@ -191,6 +192,26 @@ class Graph:
         return sorted(seen)
 
 
-def operations(graph: Graph, ids: Iterable[int]) -> int:
-    """Number of operations, numbers and inputs not counted."""
-    return sum(graph.nodes[at].op not in ("const", "in") for at in ids)
+class Work(NamedTuple):
+    """What one sample costs: operations in all; of them divisions and roots, and functions such as exp."""
+
+    operations: int
+    divisions: int = 0
+    functions: int = 0
+
+    def plus(self, more: int) -> Work:
+        """With additions and multiplications added."""
+        return self._replace(operations=self.operations + more)
+
+
+CHEAP = {
+    "add", "sub", "mul", "neg", "fabs", "fmin", "fmax", "sign", "floor", "ceil", "ifz", "re", "im",
+    "lt", "le", "eq", "ne", "and", "or", "not",
+}  # fmt: skip
+
+
+def work(graph: Graph, ids: Iterable[int]) -> Work:
+    """Of these nodes; numbers and inputs cost nothing."""
+    ops = [op for op in (graph.nodes[at].op for at in ids) if op not in ("const", "in")]
+    divisions = sum(op in ("div", "sqrt") for op in ops)
+    return Work(len(ops), divisions, sum(op not in CHEAP for op in ops) - divisions)

@@ -13,7 +13,7 @@ from modelgen.codegen.algebra import FREE, SAMPLE, STATE
 from modelgen.codegen.ctext import BRANCHLESS, Printer, c_name
 from modelgen.codegen.kernels import Channel, Region, Stages, channels
 from modelgen.codegen.loops import Stores, alone, indent, marching, opening
-from modelgen.codegen.real import Graph
+from modelgen.codegen.real import Graph, Work, work
 
 TILE = 256
 """Samples whose intermediate values stay in the first cache."""
@@ -61,8 +61,8 @@ class Scan:
 
     def tile(
         self, measure: str, jacobian: bool, names: dict[str, str], finish: Stores, after: Sequence[str]
-    ) -> tuple[list[str], int]:
-        """Lines after the first sample, and operations per sample.
+    ) -> tuple[list[str], Work]:
+        """Lines after the first sample, and the work of a sample.
 
         names: what states are called in C. `finish` prints what the last loop does with its results at sample
         i = base + l; `after` follows in each tile of `count` samples.
@@ -81,7 +81,7 @@ class Scan:
         inner += _vector([*plan.last.body, *finish(plan.last)])
         inner += [*after, *(f"mg_x{k}[0] = mg_x{k}[count];" for k in range(len(states)))]
         lines += ["for (size_t base = 1; base < n; base += MG_TILE) {", indent(inner, 1), "}"]
-        return lines, plan.last.operations
+        return lines, plan.last.work
 
 
 class _Tile:
@@ -165,8 +165,8 @@ class _Tile:
         lines = self.stages.parameters_in(self.printer, need, masks, free=True)
         return lines + self.printer.lines(outside, roots, hoisted)
 
-    def _body(self, roots: Iterable[int], given: dict[int, str]) -> tuple[list[str], Printer, int]:
-        """Loads and lines that compute `roots` from what is `given`."""
+    def _body(self, roots: Iterable[int], given: dict[int, str]) -> tuple[list[str], Printer, list[int]]:
+        """Loads and lines that compute `roots` from what is `given`, and the nodes of these lines."""
         roots = list(roots)
         printer = copy(self.printer)
         printer.names, printer.taken = dict(self.printer.names), set(self.printer.taken)
@@ -177,8 +177,7 @@ class _Tile:
                 loads.append(f"const double {self._name(printer, at)} = {text};")
         inside = [a for a in need if self.masks[a] & LOOP and a not in given]
         lines = [*loads, *printer.lines(inside, roots)]
-        operations = sum(self.graph.nodes[a].op not in ("const", "in") for a in inside)
-        return lines, printer, operations
+        return lines, printer, inside
 
     def _name(self, printer: Printer, at: int) -> str:
         """Of a loaded value; what a state was at the sample before is told from what it becomes."""
@@ -216,17 +215,18 @@ class _Tile:
         return given
 
     def _last(self, jacobian: bool) -> Region:
-        lines, printer, operations = self._body(self.roots, self._given(len(self.states) + 1))
+        lines, printer, inside = self._body(self.roots, self._given(len(self.states) + 1))
         before = {at for x in self.states for at in (x.factor, x.rest)} | set(self.kept)
         need = [a for a in self.graph.needed_until(before, set(self.place)) if self.masks[a] & SAMPLE]
-        operations += sum(a not in self.place for a in need) + 2 * len(self.states)
+        cost = work(self.graph, {*inside, *(a for a in need if a not in self.place)})
+        cost = cost.plus(2 * len(self.states))
         jac = tuple(
             tuple("0.0" if d is None else printer.value(d) for d in c.jacobian)
             for c in self.chans
             if jacobian
         )
         values = tuple(printer.value(c.value) for c in self.chans)
-        return Region((), tuple(lines), values, jac, (), (), operations)
+        return Region((), tuple(lines), values, jac, (), (), cost)
 
 
 def _vector(body: Iterable[str]) -> list[str]:
@@ -247,7 +247,7 @@ def scan_of(stages: Stages) -> Scan | None:
 
 def over_time(
     stages: Stages, measure: str, jacobian: bool, stores: Stores, finish: Stores, after: Sequence[str] = ()
-) -> tuple[list[str], int]:
+) -> tuple[list[str], Work]:
     """The first sample, then all others: by scans where the states allow it, else one after the other.
 
     stores: what is done with a sample's results in a march, finish: in a tile, after: at its end.
@@ -257,10 +257,10 @@ def over_time(
     one_by_one = [*region.setup, *marching(region, stores)]
     scan = scan_of(stages)
     if scan is None:
-        return [*start, *one_by_one], region.operations
+        return [*start, *one_by_one], region.work
     known = (*stages.state_names, *stages.sensitivity_names)
     names = dict(zip(known, region.state_names, strict=False))
-    tile, operations = scan.tile(measure, jacobian, names, finish, after)
+    tile, cost = scan.tile(measure, jacobian, names, finish, after)
     if scan.condition:
         tile = [f"if ({scan.condition}) {{", indent(tile, 1), "} else {", indent(one_by_one, 1), "}"]
-    return [*start, *tile], operations
+    return [*start, *tile], cost

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from modelgen.codegen.build import default_wrt
 from modelgen.codegen.ctext import RESERVED, Printer, c_name, comment
 from modelgen.codegen.program import Program, Sample, build_program, sensitivity
-from modelgen.codegen.real import operations
+from modelgen.codegen.real import work
 from modelgen.codegen.split import Pair
 from modelgen.errors import InputError
 from modelgen.export.floats import MATH
@@ -238,7 +238,7 @@ class _Maker:
         arguments = self._arguments(jacobian)
         unused = [x for x in ("p", "in") if not re.search(rf"\b{x}->", "\n".join(body))]
         body = [*(f"(void){x};" for x in unused if re.search(rf"\*{x}\b", arguments)), *body]
-        return Routine(name, says, arguments, tuple(body), operations(sample.graph, need))
+        return Routine(name, says, arguments, tuple(body), work(sample.graph, need).operations)
 
     def outputs_of(self, sample: Sample, jacobian: bool) -> list[Pair]:
         """Values as the source writes them; beside derivatives, in the form that these share."""
