@@ -78,6 +78,7 @@ def told(secret: Secret) -> Row:
         "effects": list(secret.effects),
         "variant": secret.variant,
         "noise": secret.noise,
+        "stated": {None: "", 0.0: "not", 1.0: "rightly"}.get(secret.levels.get("stated"), "wrongly"),
         "d2": dict(secret.d2),
         "ratio": secret.ratio,
         "unexplained": 1 - secret.r2,

@@ -33,6 +33,12 @@ DOMAIN_WORDS = {
     "stiffness": "elastomer, stiffness over frequency",
     OWN: "somebody's own",
 }
+STATED_WORDS = {
+    "rightly": "stated",
+    "not": "not stated",
+    "wrongly": "stated wrong by a factor of two",
+    "": "as in the case",
+}
 KIND_WORDS = {
     "none": "nothing missing",
     "single": "one effect",
@@ -80,11 +86,12 @@ def page(
 
 
 def tables(good: Sequence[Row]) -> list[dict[str, Any]]:
-    """Scores by noise, by depth, by kind and by device."""
+    """Scores by noise and how it is stated, by depth, by kind and by device."""
     depths = [*pictures.DEPTH_ORDER, "nothing missing"]
     heavy = scores.weighed(good)
     return [
         _by(heavy, "noise", "noise", NOISE_WORDS),
+        _by(heavy, "whether the case states the level of its noise", "stated", STATED_WORDS),
         {
             "title": "residual of the best base over the noise",
             "rows": scores.table(good, scores.by_depth, depths),
@@ -116,7 +123,9 @@ def _figures(good: Sequence[Row], left: Sequence[Mapping[str, Any]]) -> dict[str
 
 def _shown(row: Row) -> dict[str, Any]:
     """One case of the gallery."""
-    return _trial(row) | {
+    told = _trial(row)
+    return told | {
+        "secret": told["secret"].replace("novel:", ""),
         "figure": Markup(pictures.gallery(row)),
         "device": DOMAIN_WORDS[row["domain"]],
         "noise": NOISE_WORDS[row["noise"]],

@@ -90,13 +90,11 @@ def refit_sweep(
 
 
 def explained(y: Responses, base: Responses) -> float:
-    """R² of `base` on the recordings that it has: the mean over recordings and their channels."""
-    lost = [
-        np.sum(np.abs(a - b) ** 2) / np.sum(np.abs(a - a.mean()) ** 2)
-        for whole, fitted in zip(y, base, strict=False)
-        for a, b in zip(np.atleast_2d(whole), np.atleast_2d(fitted), strict=True)
-    ]
-    return 1 - float(np.mean(lost))
+    """R² of `base` over all the recordings that it has: the mean over their channels."""
+    whole = np.hstack([np.atleast_2d(a) for a in y[: len(base)]])
+    lost = np.abs(whole - np.hstack([np.atleast_2d(b) for b in base])) ** 2
+    spread = np.abs(whole - whole.mean(axis=1, keepdims=True)) ** 2
+    return 1 - float(np.mean(lost.sum(axis=1) / spread.sum(axis=1)))
 
 
 def tangent(scene: Scene, strength: Strength, effect: str) -> Responses:
