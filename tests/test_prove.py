@@ -168,6 +168,8 @@ def test_interrupted_and_gone_on(tmp_path, monkeypatch):
     room.open({"seed": 1, "noise": NOISES})
     with pytest.raises(InputError, match="another seed"):
         room.open({"seed": 2, "noise": NOISES})
+    with pytest.raises(InputError, match="no folder to write in"):
+        running.Room(tmp_path / "trials.jsonl").open({"seed": 1})
 
 
 def row(**marks):

@@ -68,6 +68,8 @@ def prove_command(
     """The command's options as a wish. Returns the exit status."""
     if trials < 0 or jobs < 0:
         raise InputError(f"--trials {trials}, --jobs {jobs}: no negative number is wanted")
+    if not limit > 0:
+        raise InputError(f"--limit {limit:g}: a positive number of seconds is wanted")
     if secret is not None and not secret.is_dir():
         return prove_secret(secret, json, limit)
     measured = None if quick or secret is not None else real
@@ -214,7 +216,7 @@ def _show(rows: Sequence[Row], to: Console, room: Room) -> None:
             shown.add_row(line["goal"].says, *cells, line["goal"].wanted, "✓" if line["met"] else "✗")
     to.print()
     to.print(shown)
-    cover = studies.coverage(good)
+    cover = scores.coverage(good)
     if cover.n:
         to.print(
             f"95 % intervals of parameters hold the true value in {100 * cover.value:.0f} % of {cover.n}"

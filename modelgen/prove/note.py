@@ -89,7 +89,7 @@ def _board(good: Sequence[Row]) -> str:
 
 
 def _aside(good: Sequence[Row]) -> str:
-    cover, bins = studies.coverage(good), studies.calibration(good)
+    cover, bins = scores.coverage(good), studies.calibration(good)
     made, settled = studies.proposals(good)
     told = "; ".join(f"{100 * b['stated']:.0f} %: {percent(b['right'])} of {b['right'].n}" for b in bins)
     proposed = (
@@ -113,13 +113,15 @@ def _faint(good: Sequence[Row]) -> str:
 
 
 def _table(rows: Sequence[Mapping[str, Any]]) -> str:
-    head = ("", "trials", *(title for title, _ in scores.COLUMNS), "seconds")
+    head = ("", "trials", *(title for title, _ in scores.COLUMNS), "hold-out rms", "covered", "seconds")
     lines = []
     for r in rows:
         shares = [
             f"{percent(s)} ({100 * s.low:.0f}–{100 * s.high:.0f})" if s.n else "" for _, s in r["shares"]
         ]
-        lines.append((r["name"], str(r["n"]), *shares, f"{r['seconds']:.1f}"))
+        rms = f"{r['rms'][0]:.3g} → {r['rms'][1]:.3g}" if r["rms"] else ""
+        cover = percent(r["covered"]) if r["covered"].n else ""
+        lines.append((r["name"], str(r["n"]), *shares, rms, cover, f"{r['seconds']:.1f}"))
     return _grid(head, lines)
 
 

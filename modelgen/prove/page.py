@@ -68,7 +68,7 @@ def page(
             proposed=studies.proposals(good),
             gallery=[_shown(r) for r in gallery.chosen(good, missed)],
             board=scores.board(good),
-            cover=studies.coverage(good),
+            cover=scores.coverage(good),
             off=studies.expected_error(studies.calibration(good)),
             seconds=scores.seconds(good),
             wall=scores.seconds(good, "wall"),

@@ -56,11 +56,17 @@ class Room:
     def open(self, settings: Mapping[str, Any]) -> None:
         """Make the folder, or see that what is in it was run with the same settings.
 
-        Raises InputError if it wasn't.
+        Raises InputError if it wasn't, or where no folder can be made.
         """
-        self.folder.mkdir(parents=True, exist_ok=True)
         path, text = self.folder / "settings.json", json.dumps(settings)
-        if path.exists() and json.loads(path.read_text(encoding="utf-8")) != json.loads(text):
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            before = json.loads(path.read_text(encoding="utf-8")) if path.exists() else json.loads(text)
+        except OSError as why:
+            raise InputError(f"--keep {self.folder}: no folder to write in: {why.strerror}") from None
+        except json.JSONDecodeError:
+            before = None
+        if before != json.loads(text):
             raise InputError(
                 f"{self.folder}: holds trials of another seed, noise or version; "
                 "give another --keep, or remove it (--trials 0 shows what it holds)"

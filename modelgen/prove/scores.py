@@ -175,6 +175,26 @@ def effect_of(row: Row) -> str:
     return row["effects"][0] if row["effects"] else "nothing"
 
 
+def coverage(rows: Sequence[Row]) -> Share:
+    """95 % intervals of base parameters that hold the true value, where the law was found."""
+    marks: list[bool] = []
+    for r in rows:
+        if r.get("covered") is not None and (r.get("named") or r.get("alarm") is False):
+            hits = round(r["covered"] * r["parameters"])
+            marks += [True] * hits + [False] * (r["parameters"] - hits)
+    return share(marks)
+
+
+def holdout_rms(rows: Sequence[Row]) -> tuple[float, float] | None:
+    """Median rms of the hold-out over the true law's, of the fitted base and of the diagnosis' model."""
+    told = [r["rivals"].get("diagnosis", {}) for r in rows]
+    pairs = [(d["before"], d["holdout"]) for d in told if d.get("before") and d.get("holdout")]
+    if not pairs:
+        return None
+    before, after = np.sqrt(np.median(np.array(pairs), axis=0))
+    return float(before), float(after)
+
+
 def board(rows: Sequence[Row]) -> list[dict[str, Any]]:
     """The scoreboard: each goal with its share."""
     rows = weighed(rows)
@@ -182,10 +202,11 @@ def board(rows: Sequence[Row]) -> list[dict[str, Any]]:
 
 
 def table(rows: Sequence[Row], key: Callable[[Row], str], order: Sequence[str] = ()) -> list[dict[str, Any]]:
-    """One line a group: its trials, the share of each mark, median seconds."""
+    """One line a group: its trials, the share of each mark, median seconds, coverage, hold-out."""
     return [
         {"name": name, "n": len(group), "seconds": seconds(group)}
         | {"shares": [(title, share(map(mark, group))) for title, mark in COLUMNS]}
+        | {"covered": coverage(group), "rms": holdout_rms(group)}
         for name, group in grouped(rows, key, order).items()
     ]
 

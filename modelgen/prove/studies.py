@@ -18,6 +18,7 @@ from modelgen.prove.scores import (
     Row,
     Share,
     board,
+    coverage,
     depth,
     detected,
     effect_of,
@@ -49,16 +50,6 @@ def expected_error(bins: Sequence[Mapping[str, Any]]) -> float:
     """Mean distance of stated probability and share right, weighted by the number of claims."""
     n = sum(b["right"].n for b in bins)
     return sum(b["right"].n * abs(b["stated"] - b["right"].value) for b in bins) / n if n else float("nan")
-
-
-def coverage(rows: Sequence[Row]) -> Share:
-    """95 % intervals of base parameters that hold the true value, where the law was found."""
-    marks: list[bool] = []
-    for r in rows:
-        if r.get("covered") is not None and (r.get("named") or r.get("alarm") is False):
-            hits = round(r["covered"] * r["parameters"])
-            marks += [True] * hits + [False] * (r["parameters"] - hits)
-    return share(marks)
 
 
 def confusion(rows: Sequence[Row]) -> Counter[tuple[str, str]]:

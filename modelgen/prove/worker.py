@@ -11,8 +11,8 @@ that there were none.
 from __future__ import annotations
 
 import json
+import os
 import sys
-import time
 from pathlib import Path
 
 from modelgen.errors import InputError, ToolError
@@ -29,10 +29,10 @@ def main() -> int:
     answer, sys.stdout = sys.stdout, sys.stderr  # what the diagnosis prints is no answer
     watch = Watch()
     for line in sys.stdin:
-        case, begun = Path(line.rstrip("\n")), time.process_time()
+        case, begun = Path(line.rstrip("\n")), sum(os.times()[:4])  # with the compiler's
         with watch.on(case.parent) as foreign:
             error = diagnosed(case)
-        told = {"error": error, "cpu": time.process_time() - begun, "foreign": sorted(foreign)}
+        told = {"error": error, "cpu": sum(os.times()[:4]) - begun, "foreign": sorted(foreign)}
         print(json.dumps(told), file=answer, flush=True)
     return 0
 
