@@ -136,13 +136,16 @@ def export(
     name: Annotated[str, typer.Option(help="prefix of the C's names, by default the model's")] = "",
     fix: Annotated[list[str] | None, typer.Option(help="NAME=VALUE, a number instead of a parameter")] = None,
     inverse: Annotated[bool, typer.Option("--inverse", help="also from output to input")] = False,
+    fitter: Annotated[
+        bool, typer.Option("--fitter", help="also C that fits the parameters on the controller")
+    ] = False,
     range: Annotated[list[str] | None, typer.Option(help="NAME=LOW:HIGH, where inputs are tested")] = None,
 ) -> None:
     """Write models for use elsewhere, such as in a controller: C, self-test, and a measured datasheet."""
     from modelgen.cli.building import export_models
     from modelgen.export.c99 import Settings
 
-    export_models(models, target, out, Settings(real, name, fix or [], range or []), inverse)
+    export_models(models, target, out, Settings(real, name, fix or [], range or [], fitter=fitter), inverse)
 
 
 @app.command()

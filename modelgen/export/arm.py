@@ -46,7 +46,9 @@ class Cost:
 @dataclass(frozen=True)
 class Footprint:
     """What a unit takes on one core: code of its own and with the math functions, static RAM, structs, frames
-    of its own functions [bytes], `costs` by function, and the emulator's self-test output."""
+    of its own functions [bytes], `costs` by function, and the emulator's self-test output. Of the fitter, if
+    there is one: all flash, its workspace [bytes], instructions for a sample in each run of the samples (0:
+    too many to count)."""
 
     core: str
     own_flash: int
@@ -58,6 +60,9 @@ class Footprint:
     costs: Mapping[str, Cost] = field(default_factory=dict)
     errors: Mapping[str, float] = field(default_factory=dict)
     passed: bool = False
+    fit_flash: int = 0
+    fit_workspace: int = 0
+    fit_cost: int = 0
 
 
 def missing_tools() -> tuple[str, ...]:
@@ -82,20 +87,28 @@ def measure(core: Core, prefix: str, files: Mapping[str, str]) -> Footprint:
         program = link(core, files, folder, left_out)
         own, data, bss = _sections(folder, f"{prefix}.o")
         frames = [int(line.split("\t")[1]) for line in (folder / f"{prefix}.su").read_text().splitlines()]
-        entry = [f"-Wl,-u,{s}" for s in _functions(folder, f"{prefix}.o")]
-        alone = ["-nostartfiles", "--specs=nosys.specs", "-Wl,--gc-sections", "-Wl,-e,0", "-lm", "-w"]
-        _run([GCC, *core.flags, *entry, f"{prefix}.o", *alone, "-o", "alone.elf"], folder)
-        whole, _, _ = _sections(folder, "alone.elf")
+        whole = _linked(core, folder, [f"{prefix}.o"], _functions(folder, f"{prefix}.o"))
+        fitter = [f"{prefix}_fit.o", "modelgen_fit.o", f"{prefix}.o"] if f"{prefix}_fit.c" in files else []
+        fit_flash = _linked(core, folder, fitter, [f"{prefix}_fit"]) if fitter else 0
         text, passed = emulate(core, program)
     found = re.finditer(r"cost (\w+) (\d+) (\d+) (\d+)", text)
     costs = {m[1]: Cost(int(m[2]), int(m[3]), int(m[4])) for m in found}
     sizes = re.search(r"sizes (\d+) (\d+)", text)
     if sizes is None:
         raise ToolError(f"{QEMU} ({core.machine}) gave no result: {text.strip()[:200]}")
+    fit = re.search(r"^fit (\d+) (\d+)$", text, re.M)
     return Footprint(
         core.name, own, whole, data + bss, int(sizes[1]), int(sizes[2]), max(frames), costs,
-        worst_errors(text), passed,
+        worst_errors(text), passed, fit_flash, *((int(fit[2]), int(fit[1])) if fit else ()),
     )  # fmt: skip
+
+
+def _linked(core: Core, folder: Path, objects: Sequence[str], functions: Sequence[str]) -> int:
+    """Flash [bytes] of functions with all that they call."""
+    entry = [f"-Wl,-u,{s}" for s in functions]
+    alone = ["-nostartfiles", "--specs=nosys.specs", "-Wl,--gc-sections", "-Wl,-e,0", "-lm", "-w"]
+    _run([GCC, *core.flags, *entry, *objects, *alone, "-o", "alone.elf"], folder)
+    return _sections(folder, "alone.elf")[0]
 
 
 def link(core: Core, files: Mapping[str, str], folder: Path, left_out: str = "") -> Path:

@@ -9,8 +9,9 @@ from typing import Any
 
 from modelgen.errors import ToolError
 from modelgen.export import arm
+from modelgen.export.floats import literal
 from modelgen.export.host import Compiled, Reach, measured_errors, reach
-from modelgen.export.selftest import render_test
+from modelgen.export.selftest import render_tests
 from modelgen.export.text import REALS, facts_of, in_precision, render, render_c
 from modelgen.export.unit import Unit
 from modelgen.export.values import Range, Trial, default_of, default_range
@@ -76,9 +77,10 @@ def emulator_files(
 ) -> dict[str, str]:
     """The self-test, and a program around it for the emulated board that counts instructions and stack."""
     facts = facts_of(unit, real) | {"vectors": vectors, "per_tick": arm.TICK}
+    facts["recorded"] = sum(v.trial == 0 for v in vectors)
     texts = {n: render(f"arm/{n}", facts) for n in ("startup.c", "board.ld")}
     texts["measure.c"] = in_precision(render("arm/measure.c", facts), real)
-    return texts | {f"{unit.prefix}_test.c": render_test(unit, real, tried, vectors)}
+    return texts | render_tests(unit, real, tried, vectors)
 
 
 def render_sheet(unit: Unit, real: str, sheet: Sheet, ranges: Mapping[str, Range], vectors: int) -> str:
@@ -89,6 +91,7 @@ def render_sheet(unit: Unit, real: str, sheet: Sheet, ranges: Mapping[str, Range
             **{k: getattr(f, k) for k in ("own_flash", "flash", "static_ram", "frame")},
             **{name: f"{c.usual} ({c.most})" for name, c in f.costs.items()},
             "where": f"{f.core} {r}", "sizes": f"{f.parameters}, {f.state}",
+            "fit": f"{f.fit_flash}, {f.fit_workspace}, {f.fit_cost or 'more than counted'}",
             "worst_stack": max(c.stack for c in f.costs.values()), "says": "passed" if f.passed else "FAILED",
         }
         for r, f in sheet.prints
@@ -100,7 +103,7 @@ def render_sheet(unit: Unit, real: str, sheet: Sheet, ranges: Mapping[str, Range
         "in": "&in, " if unit.inputs else "", "inputs": _inputs(unit, sheet.reaches, ranges),
         "parameters": _parameters(unit), "loops": "for (" in code or "while (" in code,
         "says": _plain(unit.model.text or unit.model.id), "origin": _plain(unit.model.source or "not stated"),
-        "notes": _notes(unit), "deviations": _deviations(code),
+        "notes": _notes(unit), "deviations": _deviations(code), **_example(unit),
     }  # fmt: skip
     return render("c99/DATASHEET.md", facts)
 
@@ -163,6 +166,14 @@ def _notes(unit: Unit) -> list[str]:
             f"Between two samples `{of}` is taken to run one way; who knows where it turned steps there, too."
         )
     return notes
+
+
+def _example(unit: Unit) -> dict[str, str]:
+    """Bounds of the first parameter that can be fitted, for an example."""
+    if not unit.columns:
+        return {}
+    low, high = unit.model.parameter(unit.columns[0]).bounds
+    return {"low": literal(low, "double"), "high": literal(high, "double")}
 
 
 def _plain(text: str) -> str:

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from modelgen.export.floats import literal, single
-from modelgen.export.text import facts_of, render
+from modelgen.export.text import facts_of, members_of, render
 from modelgen.export.unit import Unit
 from modelgen.export.values import Trial
 from modelgen.export.vectors import ALLOWANCE, Vector
 
 
-def render_test(unit: Unit, real: str, tried: Sequence[Trial], vectors: Sequence[Vector]) -> str:
+def render_tests(
+    unit: Unit, real: str, tried: Sequence[Trial], vectors: Sequence[Vector]
+) -> dict[str, str]:
+    """The self-test's C by file name, and that of the fit where there is one."""
+    texts = {f"{unit.prefix}_test.c": _render_test(unit, real, tried, vectors)}
+    if unit.fitter:
+        texts[f"{unit.prefix}_refit.c"] = _render_refit(unit, real, tried[0], vectors)
+    return texts
+
+
+def _render_test(unit: Unit, real: str, tried: Sequence[Trial], vectors: Sequence[Vector]) -> str:
     """A C file with `<prefix>_test()`, which prints the worst errors and returns the number of failures."""
 
     def row(values: Sequence[float]) -> list[str]:
@@ -32,3 +42,33 @@ def render_test(unit: Unit, real: str, tried: Sequence[Trial], vectors: Sequence
     }  # fmt: skip
     text = render("c99/test.c", facts)
     return single(text) if real == "float" else text
+
+
+def _render_refit(unit: Unit, real: str, trial: Trial, vectors: Sequence[Vector]) -> str:
+    """A C file with `<prefix>_refit()`, which fits what the model gives at the first trial's inputs."""
+    recorded = [v for v in vectors if v.trial == 0]
+    facts = facts_of(unit, real) | members_of(unit) | {
+        "real": real,
+        "in": "&samples[i], " if unit.inputs else "",
+        "samples": [[literal(x, real) for x in v.inputs] for v in recorded],
+        "weights": [literal(1 / x if x else 1.0, "double") for x in _scales(unit, recorded[0])],
+        "moved": list(_moved(unit, trial)),
+    }  # fmt: skip
+    return render("c99/refit.c", facts)
+
+
+def _scales(unit: Unit, v: Vector) -> list[float]:
+    """What the errors of the Jacobian's rows are judged by."""
+    names = [s.name for s in unit.outputs]
+    return [v.scale[names.index(row)] for row in unit.rows]
+
+
+def _moved(unit: Unit, trial: Trial) -> Iterator[dict[str, str]]:
+    """Parameters that can be moved, with bounds a tenth to either side, inside the model's."""
+    members = {s.name: s.member for s in unit.parameters}
+    for name in unit.columns:
+        value, (low, high) = trial.parameters[name], unit.model.parameter(name).bounds
+        low, high = max(low, value - abs(value) / 10), min(high, value + abs(value) / 10)
+        if low < high:
+            ends = {"low": literal(low, "double"), "high": literal(high, "double")}
+            yield {"name": name, "member": members[name], **ends}

@@ -7,6 +7,7 @@ from typing import Any
 
 from modelgen.codegen.ctext import Printer, c_name, comment
 from modelgen.codegen.emit import environment
+from modelgen.codegen.fitters import sources
 from modelgen.codegen.program import Root
 from modelgen.export.floats import literal, single
 from modelgen.export.unit import Unit
@@ -18,10 +19,28 @@ MOST = {"double": 100, "float": 60}
 
 
 def render_c(unit: Unit, real: str) -> dict[str, str]:
-    """Header and source of `unit` in precision `real`, by file name."""
+    """Headers and sources of `unit` in precision `real`, by file name."""
     facts = facts_of(unit, real)
     texts = {f"{unit.prefix}.{end}": render(f"c99/model.{end}", facts) for end in ("h", "c")}
-    return {name: in_precision(text, real) for name, text in texts.items()}
+    return {name: in_precision(text, real) for name, text in texts.items()} | _fitter(unit, real, facts)
+
+
+def _fitter(unit: Unit, real: str, facts: dict[str, Any]) -> dict[str, str]:
+    """Levenberg–Marquardt, the same for all models and in double, and what it needs of this one."""
+    if not unit.fitter:
+        return {}
+    facts = facts | members_of(unit) | {"real": real}
+    own = {f"{unit.prefix}_fit.{end}": render(f"c99/fit.{end}", facts) for end in ("h", "c")}
+    return own | sources()
+
+
+def members_of(unit: Unit) -> dict[str, Any]:
+    """The Jacobian's `columns` and what is `measured`, its rows, as members of structs."""
+    members = {s.name: s.member for s in (*unit.parameters, *unit.outputs)}
+    return {
+        "columns": [{"name": c, "member": members[c]} for c in unit.columns],
+        "measured": [members[r] for r in unit.rows],
+    }
 
 
 def in_precision(text: str, real: str) -> str:

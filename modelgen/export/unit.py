@@ -51,7 +51,8 @@ class Routine:
 
 @dataclass(frozen=True)
 class Unit:
-    """A model as C for a controller. `rows` × `columns` is its Jacobian; no `states`: nothing to remember."""
+    """A model as C for a controller. `rows` × `columns` is its Jacobian; no `states`: nothing to remember.
+    fitter: with the C that fits the columns' parameters to recorded samples."""
 
     model: Model
     program: Program
@@ -65,6 +66,7 @@ class Unit:
     rows: tuple[str, ...]
     columns: tuple[str, ...]
     routines: tuple[Routine, ...]
+    fitter: bool = False
 
     @property
     def steps(self) -> bool:
