@@ -1,18 +1,20 @@
 """The frame of `modelgen reproduce`: verdicts, what is written, and that every number says why."""
 
 import json
+import signal
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from modelgen.cli import main
+from modelgen.cli.reproducing import counted_interrupts
 from modelgen.errors import InputError
 from modelgen.papers import IDS, papers
 from modelgen.papers.number import Published, Verdict, judge
-from modelgen.papers.page import page
+from modelgen.papers.page import lowered, page
 from modelgen.papers.paper import Figure, Found, Paper, Study, Table
-from modelgen.papers.run import reproduce
+from modelgen.papers.run import Reproduction, reproduce
 from modelgen.papers.show import difference, ours, printed
 
 
@@ -67,6 +69,49 @@ def test_page_and_json_hold_everything() -> None:
     text = page(found)
     assert "Caption &lt;b&gt;" in text and "One sentence." in text and "<svg" in text and "Because." in text
     assert "http" not in text.replace("http-equiv", "").replace("http://www.w3.org", "")
+
+
+def interrupted(times: list[int], after: int) -> Reproduction:
+    """The reproduction of four numbers, stopped while the one after `after` is being computed."""
+    done: list[int] = []
+
+    def compute() -> float:
+        done.append(1)
+        if len(done) == after + 1:
+            times[0] += times[1]
+        return 1.0
+
+    rows = tuple(Published(f"row {k}", "quantity", "1.0", "N", "some formula", compute) for k in range(4))
+    study = Study("A study", lambda: Found(("said",)))
+    paper = Paper("p", "A paper", (Table("Table 9", "caption", rows),), (study,))
+    return reproduce([paper], stop=lambda: times[0])
+
+
+def test_an_interrupt_keeps_what_is_done_and_a_second_one_drops_what_was_cut_short() -> None:
+    once, twice = interrupted([0, 1], 1), interrupted([0, 2], 1)
+    assert [len(r.papers[0].results) for r in (once, twice)] == [2, 1]
+    assert [r.left_out for r in (once, twice)] == [3, 4]
+    assert "3 numbers and studies were not reached" in page(once)
+    assert interrupted([0, 2], 0).papers == ()
+
+
+def test_ctrl_c_is_counted(capsys: pytest.CaptureFixture[str]) -> None:
+    before = signal.getsignal(signal.SIGINT)
+    with counted_interrupts() as stop:
+        assert stop() == 0
+        signal.raise_signal(signal.SIGINT)
+        assert stop() == 1
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        assert stop() == 2
+    assert signal.getsignal(signal.SIGINT) is before
+    assert "Ctrl-C again" in capsys.readouterr().err
+
+
+def test_indices_are_lowered_but_not_in_names_of_several_parts() -> None:
+    assert str(lowered("R_f < D_eq, k_D_M and loss_angle, J_1(x)")) == (
+        "R<sub>f</sub> &lt; D<sub>eq</sub>, k_D_M and loss_angle, J_1(x)"
+    )
 
 
 def test_unknown_paper_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:

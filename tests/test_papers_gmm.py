@@ -8,7 +8,7 @@ import pytest
 from modelgen.codegen import build
 from modelgen.models.contact_damping import contact_damping
 from modelgen.papers.gmm.agreement import compared, published_sets, table_7, variances
-from modelgen.papers.gmm.contact import CONTACT, damping
+from modelgen.papers.gmm.contact import CONTACT, PRINTED, damping, widely
 from modelgen.papers.gmm.damping import STATED, STRUCTURAL
 from modelgen.papers.gmm.equations import SERIES, coefficients
 from modelgen.papers.gmm.fractal import FRACTAL, contact, contact_std, dimension, roughness
@@ -65,6 +65,11 @@ def test_fractal_numbers_against_the_compiled_model() -> None:
 @pytest.mark.parametrize(("name", "R_n"), [("G-M", 20213.12), ("M-D", 29026.02), ("M-H", 25693.42)])
 def test_corrected_contact_damping(name: str, R_n: float) -> None:
     assert damping(name) == pytest.approx(R_n, rel=2e-3)  # reference_values.txt D, G_eq as printed there
+
+
+def test_no_usual_constants_give_table_3() -> None:
+    for name, (printed, _) in PRINTED.items():
+        assert np.all(np.isfinite(widely(name))) and widely(name).min() > 6 * float(printed)
 
 
 def test_uncertainty_of_the_fractal_dimension_is_the_derivative() -> None:

@@ -1,8 +1,12 @@
 """The MRE paper's numbers, its four stages, and what is said of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from modelgen.cli.methods import read_method
+from modelgen.fit import GaussNewton, Method
 from modelgen.fit.random import RandomChanges, RandomSets
 from modelgen.papers.mre.estimators import between_published, stage_2
 from modelgen.papers.mre.material import (
@@ -17,7 +21,7 @@ from modelgen.papers.mre.material import (
     truth,
 )
 from modelgen.papers.mre.paper import PAPER
-from modelgen.papers.mre.stages import FOUR, estimate, first_stage, fitted_to
+from modelgen.papers.mre.stages import FOUR, RANGES, estimate, first_stage, fitted_to
 from modelgen.papers.mre.tables import ESTIMATES, steady
 from modelgen.papers.mre.truth import SHIFT, STAGE_4, direct, record
 from modelgen.papers.number import Verdict, judge
@@ -98,6 +102,16 @@ def test_random_methods_keep_the_box_and_never_get_worse() -> None:
     assert RandomSets(50).run(problem, start, seed=1).evaluations == 50
     again = RandomChanges(500).run(problem, start, seed=1)
     assert np.array_equal(again.theta, changed.theta)
+
+
+def test_the_stages_are_a_method_by_name() -> None:
+    method = read_method("mre-stages(300)")
+    assert isinstance(method, Method)
+    assert method.text.startswith("best of 100 random sets, then 300 random changes, then Gauss–Newton")
+    ex = fitted_to(first_stage(*record("M0"), 100))
+    low, high = (np.array([RANGES[n][k] for n in ex.layout.names]) for k in (0, 1))
+    problem = replace(ex.problem(), lower=low, upper=high, start=(low + high) / 2)
+    assert method.run(problem, seed=0).value < 1.001 * GaussNewton().run(problem).value
 
 
 def test_only_the_scale_inside_the_square_gives_the_printed_ratio() -> None:

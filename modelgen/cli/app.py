@@ -53,7 +53,7 @@ def fit(
         typer.Option(
             help="'gauss-newton', 'pso(40)', 'ipopt', 'ipopt(shooting=20)', 'multistart(20)', a chain "
             "'pso >> ipopt', or 'gmm-1', 'gmm-2', 'gmm-3': Methods 1 to 3 of the GMM paper (with its swarm: "
-            "'gmm-3-paper')"
+            "'gmm-3-paper'), or 'mre-stages': stages 2 to 4 of the MRE paper"
         ),
     ] = "",
     start: Annotated[list[str] | None, typer.Option(help="NAME=VALUE, where to begin")] = None,
@@ -192,10 +192,13 @@ def reproduce(
     json: Json = None,
     html: Annotated[Path | None, typer.Option(help="write one self-contained HTML page")] = None,
 ) -> None:
-    """Compute every published number of the papers behind the models anew, and say what became of it."""
+    """Compute every published number of the papers behind the models anew, and say what became of it.
+
+    About a minute. Ctrl-C keeps, prints and writes what is done.
+    """
     from modelgen.cli.reproducing import reproduce_papers
 
-    reproduce_papers(paper or [], json, html)
+    raise typer.Exit(reproduce_papers(paper or [], json, html))
 
 
 @app.command("list")

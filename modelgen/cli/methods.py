@@ -9,6 +9,7 @@ from inspect import signature
 from modelgen.errors import InputError, did_you_mean
 from modelgen.fit import IPOPT, PSO, GaussNewton, MultiStart
 from modelgen.fit.method import Method
+from modelgen.fit.random import RandomChanges, RandomSets
 from modelgen.fit.recipe import Recipe
 
 METHODS: dict[str, Callable[..., Method]] = {
@@ -17,6 +18,9 @@ METHODS: dict[str, Callable[..., Method]] = {
     "pso": lambda particles=40: PSO(particles),
     "pso-paper": lambda iterations=300: PSO.paper(iterations),
     "multistart": lambda starts=20: MultiStart(starts=starts),
+    "random-sets": lambda sets=100: RandomSets(sets),
+    "random-changes": lambda changes=100_000: RandomChanges(changes),
+    "mre-stages": lambda changes=100_000: RandomSets() >> RandomChanges(changes) >> GaussNewton(),
 }
 _LINK = re.compile(r"\s*([A-Za-z_-]+)\s*(?:\(\s*(?:(\w+)\s*=\s*)?(\d*)\s*\))?\s*")
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from modelgen.files import write_atomically
 from modelgen.papers.number import Verdict
@@ -13,6 +14,7 @@ from modelgen.papers.paper import Figure
 from modelgen.papers.run import Judged, Reproduction, Show
 from modelgen.papers.show import cell, difference, ours, printed
 
+_INDEX = re.compile(r"(?<![\w&])([^\W\d_]{1,2}'*)_([A-Za-z0-9]{1,4})(?![\w(])")
 REPEATED = 30  # a reason longer than this is printed once a table
 CLASS = {
     Verdict.REPRODUCED: "same",
@@ -49,6 +51,7 @@ def page(found: Reproduction, show: Show | None = None) -> str:
             papers=[_paper(p, figures) for p, figures in zip(found.papers, drawn, strict=True)],
             verdicts=[(v.value, CLASS[v], sum(p.count[v] for p in found.papers)) for v in Verdict],
             cell=cell,
+            sub=lowered,
         )
     )
 
@@ -81,6 +84,11 @@ def _once(text: str, said: set[str]) -> str:
         return "as above"
     said.add(text)
     return text
+
+
+def lowered(text: str | Markup) -> Markup:
+    """Text with indices lowered, R_f as R with a small f; a name of several parts, k_D_M, stays."""
+    return Markup(_INDEX.sub(r"\1<sub>\2</sub>", str(escape(text))))
 
 
 def _drawn(figure: Figure, key: str) -> Markup:

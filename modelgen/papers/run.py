@@ -7,8 +7,9 @@ import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from modelgen.files import write_atomically
 from modelgen.fit.result import jsonable
@@ -17,6 +18,7 @@ from modelgen.papers.paper import Found, Paper, Study, Table
 
 SCHEMA = "modelgen.reproduce/1"
 Show = Callable[[float, str], None]  # part done, what is being done
+Stop = Callable[[], int]
 
 
 @dataclass(frozen=True)
@@ -41,15 +43,21 @@ class Judged:
 
 @dataclass(frozen=True)
 class Reproduction:
-    """All papers, judged."""
+    """All papers, judged. left_out: numbers and studies that were not reached, as it was interrupted."""
 
     papers: tuple[Judged, ...]
     seconds: float
+    left_out: int = 0
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON; a number that does not exist is null."""
         whole: dict[str, Any] = jsonable(
-            {"schema": SCHEMA, "papers": [_paper(p) for p in self.papers], "seconds": self.seconds}
+            {
+                "schema": SCHEMA,
+                "papers": [_paper(p) for p in self.papers],
+                "left_out": self.left_out,
+                "seconds": self.seconds,
+            }
         )
         return whole
 
@@ -59,40 +67,66 @@ class Reproduction:
         write_atomically(path, text + "\n")
 
 
-def reproduce(papers: Sequence[Paper], show: Show | None = None) -> Reproduction:
-    """Judge every number and run every study of `papers`."""
+def reproduce(papers: Sequence[Paper], show: Show | None = None, stop: Stop = lambda: 0) -> Reproduction:
+    """Judge every number and run every study of `papers`.
+
+    stop: how often the user has asked to stop. Once: what is being computed is finished and kept. Twice: it
+    is not, as an optimiser may have been cut short inside.
+    """
     began = time.perf_counter()
-    tell = _Count(
-        sum(len(t.numbers) for p in papers for t in p.tables) + sum(len(p.studies) for p in papers), show
+    steps = _Steps(
+        sum(len(t.numbers) for p in papers for t in p.tables) + sum(len(p.studies) for p in papers),
+        show,
+        stop,
     )
-    return Reproduction(tuple(_judged(p, tell) for p in papers), time.perf_counter() - began)
+    judged = tuple(_judged(p, steps) for p in papers)
+    reached = tuple(p for p in judged if p.tables or p.studies)
+    return Reproduction(reached, time.perf_counter() - began, steps.total - steps.kept)
 
 
-def _judged(paper: Paper, tell: _Count) -> Judged:
+def _judged(paper: Paper, steps: _Steps) -> Judged:
     tables = []
     for table in paper.tables:
-        results = []
-        for number in table.numbers:
-            tell(f"{table.name}, {number.row}")
-            results.append(judge(number))
-        tables.append((table, tuple(results)))
-    studies = []
-    for study in paper.studies:
-        tell(study.title)
-        studies.append((study, study.run()))
+        results = [
+            found[0]
+            for n in table.numbers
+            if (found := steps.take(f"{table.name}, {n.row}", partial(judge, n))) is not None
+        ]
+        tables += [(table, tuple(results))] if results else []
+    studies = [
+        (study, outcome[0])
+        for study in paper.studies
+        if (outcome := steps.take(study.title, study.run)) is not None
+    ]
     return Judged(paper, tuple(tables), tuple(studies))
 
 
-class _Count:
-    """Tells how much of `total` has been begun."""
+T = TypeVar("T")
 
-    def __init__(self, total: int, show: Show | None) -> None:
-        self.total, self.show, self.begun = total, show, 0
 
-    def __call__(self, text: str) -> None:
+class _Steps:
+    """Takes one step after the other, tells how much of `total` has been begun, and stops when asked."""
+
+    def __init__(self, total: int, show: Show | None, stop: Stop) -> None:
+        self.total, self.show, self.stop, self.begun, self.kept = total, show, stop, 0, 0
+
+    def take(self, text: str, step: Callable[[], T]) -> tuple[T] | None:
+        """What `step` returns, None once it was asked to stop."""
+        if self.stop():
+            return None
         if self.show is not None:
             self.show(self.begun / max(self.total, 1), text)
         self.begun += 1
+        try:
+            found = step()
+        except KeyboardInterrupt:
+            if not self.stop():  # not one that was counted: an interrupt as it always is
+                raise
+            return None
+        if self.stop() > 1:
+            return None
+        self.kept += 1
+        return (found,)
 
 
 def _paper(judged: Judged) -> dict[str, Any]:

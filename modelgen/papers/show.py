@@ -36,7 +36,7 @@ def ours(result: Result) -> str:
     mantissa, _, exponent = result.number.printed.lower().partition("e")
     decimals = len(mantissa.partition(".")[2]) + 1
     scaled = result.ours / 10.0 ** int(exponent or 0)
-    if 10 ** (1 - decimals) > abs(scaled) > 0 or abs(scaled) >= 1e8:
+    if 10 ** (1 - decimals) > abs(scaled) > 0 or abs(scaled) > 20 * max(abs(float(mantissa)), 1):
         return number(result.ours, 4)
     text = f"{scaled:.{decimals}f}".replace("-", "−")
     return f"{text}·10{superscript(int(exponent))}" if exponent else text
@@ -48,6 +48,8 @@ def difference(result: Result) -> str:
     if not math.isfinite(result.ours) or value == 0:
         return ""
     ratio = result.ours / value
+    if ratio < 0:
+        return "other sign"
     if not 0.2 < ratio < 5:
         return f"×{number(ratio)}"
     return f"{number(100 * (ratio - 1), 2)} %" if abs(ratio - 1) > 5e-7 else "0"
@@ -63,6 +65,8 @@ def print_reproduction(found: Reproduction, console: Console) -> None:
     for judged in found.papers:
         _print_paper(judged, console)
     console.print(_counts(found))
+    if found.left_out:
+        console.print(f"interrupted: {found.left_out} numbers and studies were not reached")
     console.print(f"{found.seconds:.1f} s")
 
 

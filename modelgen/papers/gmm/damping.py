@@ -15,7 +15,7 @@ MODE = Mode(1600.0, 0.0, 0.00294, 0.00019, 1.0)  # as printed
 BAND = (1500.0, 1700.0)
 NO_FRF = "the measured response (Fig. 8) is not published; on simulated ones the modal fit finds the truth"
 TWO_PI = (
-    "R_d = 2ξM_dω_1 with ω_1 = 2π·1600 rad/s is 42.68 ± 2.76 N·s/m; the printed value has 1600 Hz in "
+    "R_d = 2ξ M_d ω_1 with ω_1 = 2π·1600 rad/s is 42.68 ± 2.76 N·s/m; the printed value has 1600 Hz in "
     "place of ω_1 (2 · 0.00294 · 0.722 · 1600 = 6.7926)"
 )
 K_WRONG = (
@@ -37,7 +37,7 @@ STRUCTURAL = Table(
         _row("damping ratio ξ_d", "0.294", "%", lacks=NO_FRF),
         _row("u(ξ_d)", "0.019", "%", lacks=NO_FRF),
         _row("mass M_d", "0.722", "kg", given="weighed"),
-        _row("R_d", "6.79", "N*s/m", how="2ξM_dω_1", ours=lambda: MODE.damping(M_D)[0], wrong=TWO_PI),
+        _row("R_d", "6.79", "N*s/m", how="2ξ M_d ω_1", ours=lambda: MODE.damping(M_D)[0], wrong=TWO_PI),
         _row("u(R_d)", "0.4390", "N*s/m", how="R_d u(ξ)/ξ", ours=lambda: MODE.damping(M_D)[1], wrong=TWO_PI),
     ),
 )

@@ -7,7 +7,7 @@ from modelgen.papers.gmm.equations import SERIES
 from modelgen.papers.gmm.figures import FIGURES
 from modelgen.papers.gmm.fractal import FRACTAL
 from modelgen.papers.gmm.roughness import SURFACES
-from modelgen.papers.gmm.runs import MEANS, accuracy
+from modelgen.papers.gmm.runs import MEANS, accuracy, coefficients_of_variation
 from modelgen.papers.gmm.sensitivity import BASINS, compared
 from modelgen.papers.gmm.uncertainty import SPREADS, damping_known_or_not, ways
 from modelgen.papers.paper import Paper, Study
@@ -18,6 +18,7 @@ PAPER = Paper(
     tables=(SERIES, STRUCTURAL, SURFACES, FRACTAL, CONTACT, STATED, BASINS, AGREEMENT, MEANS, SPREADS),
     studies=(
         Study("Time and accuracy of each Method on synthetic truth", accuracy),
+        Study("Ten random runs of each Method and their cv", coefficients_of_variation),
         Study("S'' with the damping known, wrong and unknown", damping_known_or_not),
         Study("Table 7's constants: passivity, coupling, distance", published_sets),
         Study("Three measures of sensitivity", compared),

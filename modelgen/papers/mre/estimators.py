@@ -18,7 +18,7 @@ from modelgen.papers.mre.stages import (
     quality,
     scale,
 )
-from modelgen.papers.mre.tables import ESTIMATES, EXTREMES
+from modelgen.papers.mre.tables import ESTIMATES, EXTREMES, SYMBOL
 from modelgen.papers.mre.truth import (
     NOISE_F,
     RUNS,
@@ -92,9 +92,9 @@ def _stuck() -> str:
         for case in CASES
     }
     return (
-        f"runs that end at h_D = 0: {count['M0']} of {RUNS} for M0, {count['M1']} of {RUNS} for M1. "
-        "Changes by a factor from 0 to 2 lead there easily and hardly back, and at h_D = 0 nothing depends "
-        "on ρ"
+        f"runs that end at h_D = 0, where nothing depends on ρ: {count['M0']} of {RUNS} for M0, "
+        f"{count['M1']} of {RUNS} for M1; from there changes by a factor from 0 to 2 do not lead back, nor "
+        "does stage 4"
     )
 
 
@@ -178,13 +178,15 @@ def spread() -> Found:
             ends = [(min(v[q] for v in sets[k]), max(v[q] for v in sets[k])) for k in (1, 2)]
             three, four = (f"{a:.4g} to {b:.4g}" for a, b in ends)
             middle = float(np.median([v[q] for v in sets[2]]))
-            rows.append((f"{case}, {q}", f"{low} to {high}", three, four, middle, direct(case).std[q]))
+            rows.append(
+                (f"{case}, {SYMBOL.get(q, q)}", f"{low} to {high}", three, four, middle, direct(case).std[q])
+            )
     noise = NOISE_F / 20**0.5
     J = {c: float(ESTIMATES[c][3][4]) for c in CASES}
     return Found(
         (
             "ten runs on one recording differ by their random numbers alone. Least squares end in one point, "
-            "whatever stage 3 hands over (a run stuck at h_D = 0 apart), so the spread printed for stage 4 "
+            "whatever stage 3 hands over (but a run at h_D = 0), so the spread printed for stage 4 "
             "is none of noise: it is of the kind that stage 3 leaves, ρ from 1 to 1.9. Stage 4 had stopped "
             "early",
             f"the moving average leaves {noise:.1e} N of the force sensor's noise; the published J_e after "

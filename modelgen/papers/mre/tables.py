@@ -17,6 +17,7 @@ from modelgen.papers.paper import Table
 
 LENGTH, AREA = 43.0, 256.0  # d [mm], a_s [mm²]: sec. 3.4
 F_STATIC, A_STATIC, A_SWEEP = 0.1, 3.0, 0.4
+SYMBOL = {"rho": "ρ"}
 UNIT = {"k_D": "N/mm", "c_D": "N*s/mm", "h_D": "N", "rho": "1/mm", "J_e": "N", "J_es": "N"}
 RAW = "needs the recordings of z and F_m, which are not published"
 FEMM = "needs the magnets' size (drawn in Fig. 4b) and the B-H curves (Fig. 2), not given as numbers"
@@ -185,7 +186,8 @@ def _estimates() -> Table:
         numbers += _first_stage(case, first)
         for k, stage in enumerate(later):
             numbers += [
-                Published(f"{case}, stage {k + 2}", q, printed, UNIT[q], "mean of ten runs, J_es inside",
+                Published(f"{case}, stage {k + 2}", SYMBOL.get(q, q), printed, UNIT[q],
+                          "mean of ten runs, J_es inside",
                           partial(_mean, case, k, q), lacks=STANDS_IN)
                 for q, printed in zip((*FOUR, "J_e", "J_es"), stage, strict=True)
             ]  # fmt: skip
@@ -243,7 +245,7 @@ def _extreme(case: str, quantity: str, greatest: bool) -> float:
 
 def _extremes() -> Table:
     numbers = [
-        Published(f"case {case}", f"{name} {q}", text, UNIT[q], f"{name} of ten runs, stage 4",
+        Published(f"case {case}", f"{name} {SYMBOL.get(q, q)}", text, UNIT[q], f"{name} of ten runs, stage 4",
                   partial(_extreme, case, q, name == "greatest"), lacks=SPREAD)
         for case, rows in EXTREMES.items()
         for q, pair in zip(FOUR, rows, strict=True)
