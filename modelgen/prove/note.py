@@ -100,7 +100,18 @@ def _aside(good: Sequence[Row]) -> str:
         f"95 % intervals of base parameters hold the true value in {percent(cover)} of {cover.n} (where the "
         f"law was found). Stated probability of the first name and how often it was right: {told}."
         + (proposed if made.n else "")
+        + _strangers(good)
         + _faint(good)
+    )
+
+
+def _strangers(good: Sequence[Row]) -> str:
+    called, tied = studies.strangers(good)
+    if not called.n:
+        return ""
+    return (
+        f" Of {called.n} laws that no catalogue holds, {called.hits} were called unknown; {tied} got a "
+        "listed name that predicts the held-out recording as well as the true law does, and aren't counted."
     )
 
 

@@ -65,6 +65,7 @@ def page(
             foreign=sorted({p for r in rows for p in r.get("foreign", ())}),
             confused=[c for c in studies.mixed_up(good) if c["n"] > 1],
             once=sum(c["n"] == 1 for c in studies.mixed_up(good)),
+            strangers=studies.strangers(good),
             proposed=studies.proposals(good),
             gallery=[_shown(r) for r in gallery.chosen(good, missed)],
             board=scores.board(good),

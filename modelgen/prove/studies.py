@@ -24,6 +24,7 @@ from modelgen.prove.scores import (
     effect_of,
     found_out,
     holdout,
+    refutable,
     seconds,
     share,
     usable,
@@ -105,6 +106,13 @@ def power(rows: Sequence[Row]) -> dict[str, list[dict[str, Any]]]:
         ]
         for name, mark in methods.items()
     }
+
+
+def strangers(rows: Sequence[Row]) -> tuple[Share, int]:
+    """Of all physics that no catalogue holds: how often it is called unknown; how often its wrong name
+    predicts as well as the true law."""
+    novel = [r for r in rows if r.get("unknown") is not None]
+    return share(r["unknown"] for r in novel), sum(refutable("unknown")(r) is None for r in novel)
 
 
 def _noticed(method: str, row: Row) -> bool | None:
