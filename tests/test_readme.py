@@ -61,3 +61,21 @@ def test_the_output_of_a_fit(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
     lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
     for line in lines[:12]:
         assert line in readme, line
+
+
+def test_parameters_that_vary() -> None:
+    names: dict[str, Any] = {}
+    (block,) = (b for b in BLOCKS if "import Parameter, varying" in b)
+    exec(block, names)
+    assert {"k_D_M", "h_D_M", "k_D_A_z"} <= {p.name for p in names["model"].scalar_parameters}
+
+
+def test_the_count_of_published_numbers() -> None:
+    """The counts of papers' numbers in README are those that there are to judge."""
+    from modelgen.papers import papers
+
+    readme = (ROOT / "README.md").read_text()
+    for paper in papers():
+        (row,) = re.findall(rf"^{paper.id} +(\d+) +(\d+) +(\d+) +(\d+) +(\d+)$", readme, re.MULTILINE)
+        *verdicts, whole = map(int, row)
+        assert sum(verdicts) == whole == sum(len(t.numbers) for t in paper.tables)

@@ -14,7 +14,7 @@ from modelgen.papers.paper import Figure
 from modelgen.papers.run import Judged, Reproduction, Show
 from modelgen.papers.show import cell, difference, ours, printed
 
-_INDEX = re.compile(r"(?<![\w&])([^\W\d_]{1,2}'*)_([A-Za-z0-9]{1,4})(?![\w(])")
+_INDEX = re.compile(r"(?<![\w&])([^\W\d_]{1,2}'*)_([A-Za-z0-9]{1,4})(?![A-Za-z0-9_(])")
 REPEATED = 30  # a reason longer than this is printed once a table
 CLASS = {
     Verdict.REPRODUCED: "same",

@@ -111,7 +111,7 @@ def published_sets() -> Found:
         )
     return Found(
         (
-            "a material is passive if Im μ, Im S ≤ 0 and d''² ≤ μ_0μ''S''. Method 2's means are not: a "
+            "a material is passive if Im μ, Im S ≤ 0 and d''² ≤ μ_0 μ'' S''. Method 2's means are not: a "
             "rod that gives out power is published as a result. modelgen fit --constrained keeps the "
             "condition",
             "k_eff² by (13) at 1600 Hz; the paper prints none. It hardly depends on the Method: its real "
@@ -120,7 +120,7 @@ def published_sets() -> Found:
             "that it knows",
         ),
         (
-            "Table 7", "μ_0μ''S'' − d''² [m²/A²]", "passive", "|Z| off Method 3's by [Ω]", "phase by [deg]",
+            "Table 7", "μ_0 μ'' S'' − d''² [m²/A²]", "passive", "|Z| off Method 3's by [Ω]", "phase by [deg]",
             "Re k_eff²", "Im k_eff²",
         ),
         tuple(rows),

@@ -81,14 +81,14 @@ BASINS = Table(
 def compared() -> Found:
     """Three measures of sensitivity side by side."""
     rows: list[tuple[str | float, ...]] = []
-    shares = {k: _sobol(k) for k in (1, 3)}
+    shares = {k: _sobol(k) for k in (1, 2, 3)}
     for k in (1, 2, 3):
         problem, optimum = stage(k)
         noise = 0.00046 if k == 1 else 0.0058
         known = fisher(problem, optimum, noise)
         points = scatter(k)
         for i, name in enumerate(problem.names):
-            share = shares[k].get(name, (np.nan, np.nan)) if k in shares else (np.nan, np.nan)
+            share = shares[k].get(name, (np.nan, np.nan))
             seen = points.width(name, LEVEL) / abs(optimum[i])
             rows.append((f"Method {k}, {SYMBOL[name]}", width(k, name), seen, *share,
                          100 * known.alone[i], 100 * known.together[i]))  # fmt: skip

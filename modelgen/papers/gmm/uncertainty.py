@@ -189,7 +189,7 @@ def damping_known_or_not() -> Found:
     return Found(
         (
             "one recording, Table 4's noise, all of Z: the residual over the noise stays the same within "
-            "a few per cent whatever is believed of the damping, since ωR_f and K_gS''/S' add up to one "
+            "a few per cent whatever is believed of the damping, since ωR_f and K_g S''/S' add up to one "
             "loss (it is below 1 as |Z| is better known than the phase, by which all is weighed). S'' is "
             "as right as R_f: 2.08e-15 m²/N per N·s/m",
             "so Method 3's S'' is not measured but inferred from a contact model that lacks its inputs "
