@@ -462,4 +462,8 @@ def test_trials_from_end_to_end(tmp_path, capsys):
     assert all(r["sha256"] in html for r in whole["rows"])
     assert main(words) == 0  # nothing left to do
     assert "sealed" not in capsys.readouterr().out
+    shown = tmp_path / "shown.md"
+    room = ["--keep", str(tmp_path / "room"), "--real", str(tmp_path), "--markdown", str(shown)]
+    assert main(["prove", "--trials", "0", *room]) == 0
+    assert "modelgen prove --trials 3 --seed 5 --noise white --domain impedance" in shown.read_text()
     assert Path(tmp_path / "room" / "trials.jsonl").read_text().count("\n") == 3

@@ -8,7 +8,7 @@ import signal
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,6 +53,14 @@ class Wish:
         words += [f"--noise {','.join(self.noises)}"] if self.noises != NOISES else []
         words += [f"--domain {','.join(self.domains)}"] if self.domains != DOMAINS else []
         return " ".join(words)
+
+    def like(self, room: Room) -> Wish:
+        """The wish that the trials of a room were made by."""
+        told, count = room.settings(), max(room.rows(), default=-1) + 1
+        if "seed" not in told:
+            return replace(self, secret=Path("FOLDER"))
+        noises, domains = tuple(told["noise"]), tuple(told["domain"])
+        return replace(self, trials=count, seed=told["seed"], noises=noises, domains=domains)
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -100,12 +108,14 @@ def prove(wish: Wish) -> int:
         room.open(wish.settings)
     elif not room.rows():
         raise InputError(f"--trials 0 shows what --keep holds, and {room.folder}/{TRIALS} holds no trial")
+    else:
+        wish = wish.like(room)
     status = _work(wish, tasks, room, to)
     by_index = room.rows()
     rows = [by_index[t.index] for t in tasks if t.index in by_index] or list(by_index.values())
     real = list(room.measured().values()) if wish.real is not None else []
     _show(rows, to, room)
-    _write(wish, rows, real, len(tasks))
+    _write(wish, rows, real, room)
     return status or int(any(r["error"] for r in rows))
 
 
@@ -253,7 +263,7 @@ def _measure(data: Path, room: Room, limit: float, to: Console) -> None:
         to.print(f"skipped, not in {data}: {', '.join(missing)}", soft_wrap=True)
 
 
-def _write(wish: Wish, rows: Sequence[Row], real: Sequence[Row], wanted: int) -> None:
+def _write(wish: Wish, rows: Sequence[Row], real: Sequence[Row], room: Room) -> None:
     """The page, the scores and the note, of whatever is done."""
     from modelgen.files import write_atomically
     from modelgen.prove.leave_out import leave_one_out
@@ -261,9 +271,15 @@ def _write(wish: Wish, rows: Sequence[Row], real: Sequence[Row], wanted: int) ->
 
     if not (wish.html or wish.json or wish.markdown):
         return
-    drawn = "cases of somebody's own" if wish.secret else f"seed {wish.seed}"
-    facts = about.facts() | {"command": wish.command, "seed": wish.seed, "drawn": drawn, "wanted": wanted}
-    facts["own"] = wish.secret is not None
+    own = wish.secret is not None
+    facts = about.facts() | {
+        "command": wish.command,
+        "seed": wish.seed,
+        "drawn": "cases of somebody's own" if own else f"seed {wish.seed}",
+        "wanted": len(rows) if own else wish.trials,
+        "own": own,
+        "code": room.settings().get("code", ""),
+    }
     left = [vars(x) for x in leave_one_out(EXAMPLE)] if wish.real is not None else []
     if wish.json:
         whole = studies.to_json(rows, facts) | {"measured": list(real), "leave_one_out": left}

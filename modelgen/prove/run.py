@@ -37,6 +37,13 @@ class Room:
         """Trials that are done, by index; a line that was cut off is done again."""
         return {row["index"]: row for row in self._lines(TRIALS)}
 
+    def settings(self) -> dict[str, Any]:
+        """What its trials were made with; {} where there are none, or nothing that can be read."""
+        try:
+            return dict(json.loads((self.folder / "settings.json").read_text(encoding="utf-8")))
+        except (OSError, ValueError, TypeError):
+            return {}
+
     def measured(self) -> dict[str, Row]:
         """What was found in measured recordings, by name."""
         return {row["name"]: row for row in self._lines(MEASURED)}
@@ -61,12 +68,9 @@ class Room:
         path, text = self.folder / "settings.json", json.dumps(settings)
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            before = json.loads(path.read_text(encoding="utf-8")) if path.exists() else json.loads(text)
         except OSError as why:
             raise InputError(f"--keep {self.folder}: no folder to write in: {why.strerror}") from None
-        except json.JSONDecodeError:
-            before = None
-        if before != json.loads(text):
+        if path.exists() and self.settings() != json.loads(text):
             raise InputError(
                 f"{self.folder}: holds trials of another seed, noise or version; "
                 "give another --keep, or remove it (--trials 0 shows what it holds)"
