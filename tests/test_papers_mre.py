@@ -9,19 +9,10 @@ from modelgen.cli.methods import read_method
 from modelgen.fit import GaussNewton, Method
 from modelgen.fit.random import RandomChanges, RandomSets
 from modelgen.papers.mre.estimators import between_published, stage_2
-from modelgen.papers.mre.material import (
-    SETS,
-    exact,
-    fit_sweep,
-    loops,
-    six_jointly,
-    spring_and_springpot,
-    sweep,
-    table_3_jointly,
-    truth,
-)
+from modelgen.papers.mre.material import exact, loops, six_jointly, table_3_jointly, truth
 from modelgen.papers.mre.paper import PAPER
 from modelgen.papers.mre.stages import FOUR, RANGES, estimate, first_stage, fitted_to
+from modelgen.papers.mre.sweep import SETS, fit_sweep, spring_and_springpot, springpot, sweep, swept
 from modelgen.papers.mre.tables import ESTIMATES, steady
 from modelgen.papers.mre.truth import SHIFT, STAGE_4, direct, record
 from modelgen.papers.number import Verdict, judge
@@ -140,6 +131,14 @@ def test_springpot_of_table_3(name: str, alpha: float, C: float) -> None:
     assert found["alpha"].value == pytest.approx(alpha, rel=0.02)  # there: least squares of the logarithms
     assert found["C"].value == pytest.approx(C, rel=0.01)
     assert found.rms["N/mm"]["fit"] < 0.007 * sweep(name)[1].mean()
+
+
+def test_a_sweep_gives_the_springpot_back() -> None:
+    found, true = swept(), springpot("S1 M0")
+    f, k_s = found.values["f"], found.values["k_s"]
+    assert f.min() < 0.35 and f.max() > 9.5
+    assert k_s == pytest.approx(true["C"] * (2 * np.pi * f) ** true["alpha"], rel=0.02)
+    assert found.values["loss_angle"].mean() == pytest.approx(90 * true["alpha"], abs=0.05)
 
 
 def test_conditions_are_found_jointly() -> None:

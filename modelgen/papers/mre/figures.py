@@ -9,15 +9,9 @@ import numpy as np
 
 from modelgen.codegen import build
 from modelgen.models.complex_stiffness import complex_stiffness
-from modelgen.papers.mre.material import (
-    SETS,
-    fit_sweep,
-    loops,
-    spring_and_springpot,
-    sweep,
-    table_3_jointly,
-)
+from modelgen.papers.mre.material import loops, table_3_jointly
 from modelgen.papers.mre.stages import fitted_to
+from modelgen.papers.mre.sweep import SETS, fit_sweep, spring_and_springpot, sweep, swept
 from modelgen.papers.mre.tables import A_SWEEP
 from modelgen.papers.mre.truth import STAGE_4, moving_average, record, repeats
 from modelgen.papers.paper import Figure
@@ -72,6 +66,9 @@ def _stiffness(canvas: Canvas, sample: str) -> None:
             values = held | {p.name: p.value for p in found.parameters}
             values |= {"A_z": A_SWEEP} if model is complex_stiffness else {}
             axes.plot(RANGE, build(model)(f=RANGE, **values)[0], color=colour, label=label)
+        if name == "S1 M0":
+            measured = swept().values
+            dots(axes, measured["f"], measured["k_s"], MARK, 1.8)
         axes.plot(f, k_s, "o", color=INK, markersize=3.5, label="Table 3")
         axes.set_ylim(0, 2 * k_s.max())
         axes.set_title(name)
@@ -132,7 +129,8 @@ FIGURES = (
     Figure(
         "Fig. 10", "equivalent stiffness of S1 against frequency, 0.4 mm",
         "the published model, fitted at 0.1 Hz, leaves the frame; refitted to Table 3 it bends the wrong "
-        "way, a springpot of two parameters does not. At 0.6 and 0.8 mm there are curves, but no numbers",
+        "way, a springpot of two parameters does not. Small dots: cycles of a synthetic sweep. "
+        "At 0.6 and 0.8 mm there are curves, but no numbers",
         partial(_stiffness, sample="S1"), (9.0, 3.4),
     ),
     Figure(

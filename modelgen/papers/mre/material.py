@@ -1,8 +1,7 @@
-"""Figures of a recording (2)–(6), models against Table 3, and parameters that vary with a condition."""
+"""Figures of a recording (2)–(6), and parameters that vary with a condition."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import cache
 
 import numpy as np
@@ -11,17 +10,14 @@ from modelgen.codegen import build
 from modelgen.fit.fitting import fit
 from modelgen.fit.loops import UNIT, Loops, measure_loops, shift
 from modelgen.fit.result import FitResult
-from modelgen.language import Equation, Input, Model, Output, Parameter, arg, pi, powj, varying
-from modelgen.models.complex_stiffness import complex_stiffness
+from modelgen.language import Model, Parameter, varying
 from modelgen.models.modified_dahl import modified_dahl
 from modelgen.papers.mre.stages import FOUR, moving_average
-from modelgen.papers.mre.tables import A_SWEEP, SWEEP, steady
-from modelgen.papers.mre.truth import A_Z, FREQUENCY, NOISE_F, NOISE_Z, OFFSET, STAGE_4, Array, record
+from modelgen.papers.mre.sweep import ROUNDING, SETS, spring_and_springpot, sweep, table_3
+from modelgen.papers.mre.truth import A_Z, FREQUENCY, NOISE_F, NOISE_Z, OFFSET, STAGE_4, record
 from modelgen.papers.paper import Cell, Found
 from modelgen.recordings import Case, Noise, Recording
 
-SETS = ("S1 M0", "S1 M1", "S2 M0", "S2 M1")
-ROUNDING = 0.005 / 3**0.5  # [N/mm] standard deviation of Table 3's rounding
 MAGNETISM = 0.15  # [N], sec. 3.4
 FIELD = Parameter("M", "1", 0.0, (0.0, 1.0), "magnets on", known=True)
 IRON = Parameter("P", "1", 0.0, (0.0, 1.0), "more iron, sample S2", known=True)
@@ -92,93 +88,12 @@ def figures() -> Found:
     )
 
 
-def spring_and_springpot() -> Model:
-    """K = k_0 + C (jω)^α: k_s = |K|, loss angle arg K, at any amplitude."""
-    f = Input("f", "Hz", "frequency")
-    k_0 = Parameter("k_0", "N/mm", 0.1, (0.0, 10.0), "spring")
-    C = Parameter("C", "N/mm", 0.5, (0.0, 10.0), "modulus of the springpot at 1 rad/s")
-    alpha = Parameter("alpha", "1", 0.2, (0.0, 1.0), "its order")
-    unit = Parameter("unit_omega", "rad/s", 1.0, text="the unit 1 rad/s", known=True)
-    omega = Equation("omega", 2 * pi * f / unit, "1", text="angular frequency over 1 rad/s")
-    K = Equation("K", k_0 + C * powj(omega, alpha), "N/mm", text="complex stiffness")
-    k_s = Equation("k_s", abs(K.symbol), "N/mm", "(4)", "equivalent stiffness")
-    loss = Equation("loss_angle", arg(K.symbol) * 180 / pi, "deg", text="loss angle")
-    return Model(
-        "springpot", (f,), (k_0, C, alpha, unit), (omega, K, k_s, loss), (Output("k_s"), Output("loss_angle"))
-    )
-
-
-def sweep(name: str) -> tuple[Array, Array]:
-    """f [Hz] and k_s [N/mm] (5,) of a sample and field in Table 3."""
-    sample, M = name.split()
-    f = np.array([float(row[0]) for row in SWEEP])
-    column = int(sample[1]) - 1
-    k_s = np.array([float((m1 if M == "M1" else m0)[column]) for _, m0, m1 in SWEEP])
-    return f, k_s
-
-
-def _recording(name: str, constants: Mapping[str, float], role: str = "fit") -> Recording:
-    f, k_s = sweep(name)
-    return Recording(name, None, role, {"f": f}, {"k_s": k_s}, constants=constants)
-
-
-def fit_sweep(model: Model, name: str, constants: Mapping[str, float]) -> FitResult:
-    """One set of Table 3 with its rounding as noise."""
-    at = dict(constants) | ({"A_z": A_SWEEP} if "A_z" in {p.name for p in model.parameters} else {})
-    case = Case(None, model.id, (_recording(name, at),), noise=Noise(sigma={"k_s": ROUNDING}))
-    return fit(model, case)
-
-
-MODELS: tuple[tuple[str, Model, dict[str, float], int], ...] = (
-    ("a spring", spring_and_springpot(), {"C": 0.0, "alpha": 0.2}, 1),
-    ("Kelvin–Voigt", complex_stiffness, {"h_D": 0.0, "rho": 1.46}, 2),
-    ("modified Dahl", complex_stiffness, {"rho": 1.46}, 3),
-    ("springpot", spring_and_springpot(), {"k_0": 0.0}, 2),
-    ("spring and springpot", spring_and_springpot(), {}, 3),
-)
-
-
-def against_sweep() -> Found:
-    """How well each model follows Table 3: rms of the relative misfit [%] in each set."""
-    rows: list[tuple[Cell, ...]] = []
-    published: list[Cell] = []
-    for name in SETS:
-        f, k_s = sweep(name)
-        if name.startswith("S1"):
-            ours = np.array([steady(name[3:], "k_s", A_SWEEP, x) for x in f])
-            published.append(100 * float(np.sqrt(np.mean((ours / k_s - 1) ** 2))))
-        else:
-            published.append("–")
-    rows.append(("modified Dahl, published stage 4", "0", *published))
-    for label, model, held, count in MODELS:
-        rows.append(
-            (label, str(count), *(100 * _misfit(fit_sweep(model, name, held), name) for name in SETS))
-        )
-    return Found(
-        (
-            "Table 3's rounding alone is 0.14 to 0.48 %. The published set, fitted at 0.1 Hz, is several "
-            "times too stiff at 9 Hz; refitted, spring, dashpot and friction still miss by 5 %, ten times "
-            "the rounding: their stiffness grows as f² before it grows as f, the measured one is concave",
-            "two parameters of a springpot, C(jω)^α with α about 0.16, do what no set of the paper's model "
-            "does. In time it is the fractional Kelvin–Voigt model, which ships, fits and exports like the "
-            "others that the paper lists: Kelvin–Voigt, Bouc–Wen, LuGre, four-parameter viscoelastic",
-        ),
-        ("rms misfit over rms k_s [%]", "parameters", *SETS),
-        tuple(rows),
-    )  # fmt: skip
-
-
-def _misfit(found: FitResult, name: str) -> float:
-    return found.rms["N/mm"]["fit"] / float(np.sqrt(np.mean(sweep(name)[1] ** 2)))
-
-
 @cache
 def table_3_jointly() -> FitResult:
     """All four sets of Table 3 by one springpot whose modulus varies with field and iron."""
     model = varying(varying(spring_and_springpot(), ("C",), FIELD), ("C",), IRON)
     recordings = tuple(
-        _recording(name, {"M": float(name.endswith("M1")), "P": float(name.startswith("S2"))})
-        for name in SETS
+        table_3(name, {"M": float(name.endswith("M1")), "P": float(name.startswith("S2"))}) for name in SETS
     )
     return fit(
         model,

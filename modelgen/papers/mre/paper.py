@@ -2,7 +2,8 @@
 
 from modelgen.papers.mre.estimators import both_readings, side_by_side, spread
 from modelgen.papers.mre.figures import FIGURES
-from modelgen.papers.mre.material import against_sweep, conditions, figures
+from modelgen.papers.mre.material import conditions, figures
+from modelgen.papers.mre.sweep import against_sweep, along_a_sweep
 from modelgen.papers.mre.tables import TABLES
 from modelgen.papers.paper import Paper, Study
 
@@ -15,6 +16,7 @@ PAPER = Paper(
         Study("J_es in both readings", both_readings),
         Study("What Tables 4 and 5 say of residual and spread", spread),
         Study("A recording's figures, with uncertainty", figures),
+        Study("Equivalent stiffness along a frequency sweep", along_a_sweep),
         Study("Models against Table 3", against_sweep),
         Study("Field, iron and amplitude as conditions of a recording", conditions),
     ),
