@@ -13,7 +13,7 @@ import pytest
 
 from modelgen.cli import main
 from modelgen.errors import InputError
-from modelgen.prove import dictionary, discrepancy, keeper, oracle, scores, studies
+from modelgen.prove import dictionary, discrepancy, gallery, keeper, oracle, scores, studies
 from modelgen.prove import run as running
 from modelgen.prove.diagnoser import Answer, Diagnoser
 from modelgen.prove.leave_out import leave_one_out
@@ -325,6 +325,19 @@ def test_records_are_read_as_written(tmp_path):
     (read,) = records(tmp_path / "r.npz")
     assert read.holdout and np.isnan(read.white[:, 1]).all() and read.white[0, 0] == 1
     np.testing.assert_array_equal(read.inputs["f"], f)
+
+
+def test_a_picture_keeps_the_spike_and_leaves_out_the_outlier(tmp_path):
+    t = np.arange(3000.0)
+    off = np.where(t == 777, 9.0, 0.5) * 1e-3
+    outliers = t == 1500
+    wrote = SimpleNamespace(role="fit", white_before=off[None] / 1e-3, outliers=outliers, data=np.sin(t),
+                            before=np.sin(t) + off, after=np.sin(t), inputs={"t": t})  # fmt: skip
+    write_records(tmp_path / "residuals.npz", [wrote])
+    shown = gallery.glance(tmp_path)
+    assert len(shown["x"]) == gallery.POINTS
+    assert max(shown["before"]) == pytest.approx(9.0) and shown["x"][np.argmax(shown["before"])] == 777
+    assert max(map(abs, shown["after"])) == 0 and 1500 not in shown["x"]
 
 
 SENTENCES = {

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from modelgen.prove.records import records
+from modelgen.prove.records import Array, Record, records
 from modelgen.prove.worker import RESIDUALS
 
 POINTS = 150
@@ -23,10 +23,8 @@ def glance(folder: Path) -> dict[str, Any]:
     if shown is None:
         return {}
     axis = next(n for n in ("f", "t", *shown.inputs) if n in shown.inputs)
-    before, x = shown.white[0], shown.inputs[axis]
-    raw = (shown.before - shown.data).real
-    weight = np.divide(before, raw, out=np.full(len(before), np.nan), where=np.abs(raw) > 0)
-    after = (shown.after - shown.data).real * weight
+    x = shown.inputs[axis]
+    before, after = _scaled(shown)
     size = np.nan_to_num(np.abs(before))
     keep = [
         int(part[np.argmax(size[part])]) for part in np.array_split(np.arange(len(x)), POINTS) if len(part)
@@ -37,6 +35,17 @@ def glance(folder: Path) -> dict[str, Any]:
         return [float(f"{float(v[i]):.4g}") for i in keep]
 
     return {"axis": axis, "x": plain(x), "before": plain(before), "after": plain(after)}
+
+
+def _scaled(r: Record) -> tuple[Array, Array]:
+    """Residuals before and after, of an impedance over its modulus, on a scale on which the former has the
+    rms that it has in the diagnosis. NaN at outliers."""
+    ruler = np.abs(r.data) if np.iscomplexobj(r.data) else np.ones(len(r.data))
+    raw, rest = ((y - r.data).real / ruler for y in (r.before, r.after))
+    good = np.isfinite(r.white[0])
+    rms = float(np.sqrt(np.mean(np.square(raw[good])))) or 1.0
+    scale = np.where(good, np.sqrt(np.mean(np.square(r.white[0][good]))) / rms, np.nan)
+    return raw * scale, rest * scale
 
 
 def chosen(rows: Sequence[Mapping[str, Any]], missed: Any) -> list[Mapping[str, Any]]:
