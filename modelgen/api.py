@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from modelgen.errors import InputError
 from modelgen.fit.series import signature_of
 from modelgen.language import Model
 from modelgen.models import load
@@ -20,7 +21,20 @@ def open_case(path: str | Path) -> tuple[Model, Case]:
     model = load(case_file.model, case_file.path.parent)
     if case_file.options:
         model = model.variant(**case_file.options)
-    return model, load_case(case_file, signature_of(model))
+    case = load_case(case_file, signature_of(model))
+    _check_signs(model, case)
+    return model, case
+
+
+def _check_signs(model: Model, case: Case) -> None:
+    """No constant and no search range is below zero where the model has no meaning there, as of a mass."""
+    known = [("[constants]", n, v) for n, v in case.constants.items()]
+    known += [(f"recording '{r.name}'", n, v) for r in case.recordings for n, v in r.constants.items()]
+    known += [("[bounds]", n, high) for n, (_, high) in case.bounds.items()]
+    for place, name, value in known:
+        low = model.parameter(name).bounds[0]
+        if value < 0 <= low:
+            raise InputError(f"{case.path}, {place} {name}: {value:g} is below {low:g}, its least value")
 
 
 def read_case(path: str | Path) -> Case:

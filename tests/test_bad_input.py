@@ -79,6 +79,10 @@ TABLES = {
     "f [Hz],Re Z [ohm],Im Z [ohm]\n20,6,0\n40,6,1\n": "4 data values cannot determine 5 parameters",
     "f [Hz],x [m]\n1,2\n2,3\n": "Z",
     "\x00\x01\x02": "sweep.csv",
+    "f [Hz],Re Z [ohm],Im Z [ohm]\n" + "".join(f"{f},0,0\n" for f in range(1, 21)): "zero in all 20 rows",
+    SWEEP.replace("\n40,", "\n40,1e300,1\n41,", 1): "line 3, column 'Re Z.*1e\\+300 is too large",
+    SWEEP.replace("\n40,", "\n40,0,0\n41,", 1): "line 3: 'Z' is zero there",
+    "f [Hz];|Z| [ohm]\n20;6,1\n40;1.234,5\n60;7\n": "line 3, column '\\|Z.*'1.234,5' has a point",
 }
 
 
@@ -108,6 +112,10 @@ CASES = {
     CASE.replace("M_m = 0.015", "M_m = 'heavy'"): "wanted a number",
     CASE.replace("M_m = 0.015", "M_m = nan"): "wanted a finite number",
     CASE.replace("M_m = 0.015", "M_m = "): "line 3",
+    CASE.replace("M_m = 0.015", "M_m = -1"): "\\[constants\\] M_m: -1 is below 1e-09, its least value",
+    CASE.replace("[[rec", "[bounds]\nR_e = [-9, -3]\n[[rec"): "\\[bounds\\] R_e: -3 is below",
+    CASE.replace("[[rec", "[noise]\nZ = 1e300\n[[rec"): "Z = 1e\\+300: too large",
+    CASE.replace("[[rec", "[noise]\nZ = 1e-300\n[[rec"): "Z = 1e-300: no such noise",
     CASE + 'role = "test"\n': 'wanted "fit" or "holdout"',
     CASE + 'role = "holdout"\n': 'no recording has role = "fit"',
     'per_recording = ["Cl"]\n' + CASE: "no parameter 'Cl', did you mean 'Bl'",
@@ -123,6 +131,29 @@ def test_cases(case: str, says: str, folder: Path, refused: Run) -> None:
     for command in ("fit", "diagnose"):
         line = refused(command, "case.toml", "--json", "out.json")
         assert matches(says, line), line
+
+
+def test_a_motion_that_stands_still(folder: Path, refused: Run) -> None:
+    (folder / "still.csv").write_text("t [s],z [mm],F_m [N]\n" + "".join(f"{k},2,{k}\n" for k in range(40)))
+    (folder / "case.toml").write_text('model = "kelvin_voigt"\n[[recording]]\nfile = "still.csv"\n')
+    for command in ("fit", "diagnose"):
+        assert "'z' is 2 throughout, wanted a motion" in refused(command, "case.toml")
+
+
+def test_other_separators_and_decimal_commas_read_the_same(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    results = []
+    for change in ("", ",;", ",\t", ",;.,", ",\t.,"):
+        text = SWEEP
+        for old, new in zip(change[::2], change[1::2], strict=True):
+            text = text.replace(old, new)
+        (folder / "sweep.csv").write_text(text)
+        assert main(["fit", "case.toml"]) == 0
+        out = capsys.readouterr().out
+        assert ("commas are read as decimal marks" in out) == (len(change) == 4)
+        results.append([line for line in out.splitlines() if line.startswith(("R_e", "Bl"))])
+    assert results == [results[0]] * 5
 
 
 def test_a_case_that_leaves_nothing_free(folder: Path, refused: Run) -> None:

@@ -138,11 +138,12 @@ def signature_of(model: Model) -> Signature:
 def make_series(model: Model, case: Case, recording: Recording) -> Series:
     """Complete one recording: derived inputs, channels, and the noise that is stated (or estimated) for it.
 
-    Raises InputError when the recording holds none of the model's fitted outputs.
+    Raises InputError when the recording holds none of the model's fitted outputs, or a motion of nothing.
     """
     from modelgen.codegen.inputs import complete_inputs
     from modelgen.codegen.lower import primary_outputs
 
+    _check_motion(model, recording)
     inputs, _ = complete_inputs(model, recording.inputs, input_noise(model, case, recording))
     outputs = primary_outputs(model)
     found = [o for o in outputs if o in recording.outputs]
@@ -169,6 +170,14 @@ def make_series(model: Model, case: Case, recording: Recording) -> Series:
         recording.name, recording.role, inputs, np.ascontiguousarray(data), measure, rows, unit, whitener,
         recording.constants, stated, np.abs(y),
     )  # fmt: skip
+
+
+def _check_motion(model: Model, recording: Recording) -> None:
+    """What a rate is taken of moves."""
+    for of in {i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"}:
+        x = recording.inputs.get(of)
+        if x is not None and x.size and np.ptp(x) == 0:
+            raise InputError(f"recording '{recording.name}': '{of}' is {x[0]:g} throughout, wanted a motion")
 
 
 def input_noise(model: Model, case: Case, recording: Recording) -> dict[str, float | None]:

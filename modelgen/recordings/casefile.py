@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from modelgen.errors import did_you_mean
-from modelgen.recordings.table import fail, read_text, show
+from modelgen.recordings.table import HUGE, fail, read_text, show
 
 ROLES = ("fit", "holdout")
 
@@ -109,6 +109,8 @@ def _number(where: str, value: object) -> float:
         number = math.inf
     if not math.isfinite(number):
         raise fail(f"{where} = {show(value)}: wanted a finite number")
+    if abs(number) > HUGE:
+        raise fail(f"{where} = {show(value)}: too large for any unit")
     return number
 
 
@@ -142,6 +144,9 @@ def _noise(where: str, value: object) -> dict[str, float | tuple[float, float]]:
             raise fail(f"{here} = {list(found)}: wanted two numbers above zero")
         if isinstance(found, float) and found < 0:
             raise fail(f"{here} = {found:g}: a standard deviation can't be negative")
+        levels = found if isinstance(found, tuple) else (found,)
+        if not all(level == 0 or 1 / HUGE <= level <= HUGE for level in levels):
+            raise fail(f"{here} = {show(entry)}: no such noise was ever measured")
     return noise
 
 

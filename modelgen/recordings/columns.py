@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from modelgen.errors import InputError, did_you_mean
 from modelgen.recordings.convert import affine, is_frequency, is_time
 from modelgen.recordings.signature import Channel, Signature
-from modelgen.recordings.table import Column, Table, fail, show
+from modelgen.recordings.table import HUGE, Column, Table, fail, show
 
 Array = NDArray[np.float64] | NDArray[np.complex128]
 
@@ -59,7 +59,21 @@ def read_channels(table: Table, signature: Signature) -> Channels:
         found = _combine(channel, named)
         if found is not None:
             kinds[channel.name], outputs[channel.name] = found
+            _check_measured(table, channel, found[1], order)
     return Channels(inputs, outputs, kinds, (*notes, *note))
+
+
+def _check_measured(
+    table: Table, channel: Channel, values: Array, order: NDArray[np.intp] | None
+) -> None:
+    """Something was measured, and what is complex has a phase everywhere."""
+    if not np.any(np.abs(values) >= 1 / HUGE):
+        raise fail(f"{table.at()}: '{channel.name}' is zero in all {values.size} rows: nothing was measured")
+    zero = np.abs(values) == 0
+    if np.iscomplexobj(values) and zero.any():
+        row = int(np.argmax(zero))
+        row = row if order is None else int(order[row])
+        raise fail(f"{table.at(row=row)}: '{channel.name}' is zero there, which has no phase")
 
 
 def _parts(signature: Signature) -> dict[str, Part]:
@@ -100,6 +114,8 @@ def _pick(table: Table, signature: Signature) -> tuple[dict[Part, Column], list[
     _check_complete(table, signature, picked, others)
     ignored = f"not a quantity of {signature.model}, ignored"
     notes = [f"{table.at(c)}: {ignored}{did_you_mean(c.name, parts)}" for c in others]
+    if table.mark == ",":
+        notes.append(f"{table.path}: commas are read as decimal marks")
     for channel in signature.outputs:  # an analyser may export Re, Im, |Z| and phase side by side
         if any(p.channel == channel.name and p.what == "re" for p in picked):
             for part in [p for p in picked if p.channel == channel.name and p.what in ("modulus", "phase")]:
@@ -147,11 +163,12 @@ def _scale(table: Table, column: Column, wanted: str) -> tuple[float, float]:
 def _check_range(
     table: Table, column: Column, part: Part, values: NDArray[np.float64], found: NDArray[np.float64]
 ) -> None:
-    """Frequencies are above zero, moduli not below, and nothing overflows in the unit of the model."""
+    """Frequencies and moduli are above zero, and squares of squares do not overflow in the model's unit."""
     for wrong, says in (
-        (~np.isfinite(values), f"is too large in '{part.unit}'"),
+        (~(np.abs(values) <= HUGE), f"is too large in '{part.unit}'"),
         ((values <= 0) & (part.what == "value" and is_frequency(part.unit)), "is not a frequency above zero"),
         ((values < 0) & (part.what == "modulus"), "is negative, but a modulus can't be"),
+        ((values == 0) & (part.what == "modulus"), "is no modulus that has a phase or a relative error"),
     ):
         if wrong.any():
             row = int(np.argmax(wrong))

@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 
 from modelgen.errors import InputError
 
+HUGE = 1e60
+"""No measured number is above it, and squares of squares of what is below do not overflow."""
+
 
 def fail(message: str) -> InputError:
     """An InputError of one line, whatever the user's names and cells contain."""
@@ -66,13 +69,18 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A CSV file: its columns, and its rows as text with their line numbers (1-based, shape (n,))."""
+    """A CSV file: its columns, and its rows as text with their line numbers (1-based, shape (n,)).
+
+    `mark` is the decimal mark: a comma where other marks separate columns, and commas occur below the header.
+    """
 
     path: Path
     header_line: int
     columns: tuple[Column, ...]
     lines: NDArray[np.int64]
     rows: Sequence[str]
+    delimiter: str = ","
+    mark: str = "."
 
     def at(self, column: Column | None = None, row: int | None = None) -> str:
         """The place of an error, as the start of its message."""
@@ -81,8 +89,13 @@ class Table:
 
     def numbers(self, wanted: Sequence[Column]) -> NDArray[np.float64]:
         """The wanted columns as numbers, shape (len(wanted), n). Raises InputError at the first bad cell."""
+        rows = self.rows
+        if self.mark == ",":
+            if any("." in row for row in rows):
+                return self._cell_by_cell(wanted)
+            rows = [row.replace(",", ".") for row in rows]
         try:
-            values = np.loadtxt(self.rows, delimiter=",", comments=None, ndmin=2, dtype=np.float64)
+            values = np.loadtxt(rows, delimiter=self.delimiter, comments=None, ndmin=2, dtype=np.float64)
         except ValueError:
             return self._cell_by_cell(wanted)
         if values.shape[1] == len(self.columns):
@@ -95,7 +108,7 @@ class Table:
         """The slow way: finds the bad cell; reads what the fast way can't (quotes, text in other columns)."""
         values = np.empty((len(wanted), len(self.rows)))
         for n, row in enumerate(self.rows):
-            cells = split(row)
+            cells = split(row, self.delimiter)
             if len(cells) != len(self.columns):
                 raise fail(
                     f"{self.at(row=n)}: {len(cells)} cells, but {len(self.columns)} columns in the header"
@@ -105,8 +118,10 @@ class Table:
         return values
 
     def _number(self, cell: str, column: Column, row: int) -> float:
-        try:
-            value = math.nan if "_" in cell else float(cell)  # Python would read 1_000
+        if self.mark == "," and "." in cell:  # 1.234 may be 1234 in a file with decimal commas
+            raise fail(f"{self.at(column, row)}: {show(cell.strip())} has a point, others a decimal comma")
+        try:  # Python would read 1_000
+            value = math.nan if "_" in cell else float(cell.replace(self.mark, "."))
         except ValueError:
             value = math.nan
         if math.isfinite(value):
@@ -123,16 +138,23 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def split(row: str) -> list[str]:
+def split(row: str, delimiter: str = ",") -> list[str]:
     """The cells of one line; quotes are allowed."""
     try:
-        return next(csv.reader([row], skipinitialspace=True), [])
+        return next(csv.reader([row], skipinitialspace=True, delimiter=delimiter), [])
     except csv.Error:
-        return row.split(",")
+        return row.split(delimiter)
+
+
+def _delimiter(header: str) -> str:
+    """What separates columns: a comma; a semicolon or a tab in a header that has no comma."""
+    return next((d for d in (",", ";", "\t") if d in header), ",")
 
 
 def read_table(path: Path) -> Table:
     """Read header and rows of a CSV file. Blank lines and lines that start with # are skipped.
+
+    Semicolons or tabs may separate columns, and with them decimals may have commas.
 
     Raises InputError when the file is missing, not text, empty, or holds no more than a header.
     """
@@ -142,10 +164,13 @@ def read_table(path: Path) -> Table:
     if not kept:
         raise fail(f"{path}: the file is empty; wanted a header of 'name [unit]' columns, then numbers")
     first = kept[0]
-    columns = tuple(Column.read(i, cell) for i, cell in enumerate(split(rows[first])))
+    delimiter = _delimiter(rows[first])
+    columns = tuple(Column.read(i, cell) for i, cell in enumerate(split(rows[first], delimiter)))
     if all(_is_number(c.title) for c in columns):
         raise fail(f"{path}, line {first + 1}: {show(rows[first])} is no header of 'name [unit]' columns")
     if len(kept) == 1:
         raise fail(f"{path}, line {first + 1}: a header, but no data below it")
     lines = np.array(kept[1:], dtype=np.int64) + 1
-    return Table(path, first + 1, columns, lines, [rows[n] for n in kept[1:]])
+    below = [rows[n] for n in kept[1:]]
+    mark = "," if delimiter != "," and any("," in row for row in below) else "."
+    return Table(path, first + 1, columns, lines, below, delimiter, mark)
