@@ -107,7 +107,20 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         assert len(capsys.readouterr().err.strip().splitlines()) == 1
 
 
-def test_too_few_samples_in_a_cycle() -> None:
+def test_cycles_that_cannot_be_measured_are_told() -> None:
     t, z, F = recording(rate=4.0)
     with pytest.raises(InputError, match="samples in the cycle"):
         measure_loops(t, z, F)
+    t, z, F = recording()
+    with pytest.raises(InputError, match="force does not change"):
+        measure_loops(t, z, 0 * F)
+    there = (t < 3.1) | (t > 3.5)
+    with pytest.raises(InputError, match="samples are missing in the cycle"):
+        measure_loops(t[there], z[there], F[there])
+
+
+@pytest.mark.parametrize("rate", [400.0, 6000.0])
+def test_a_few_lost_samples_do_no_harm(rate: float) -> None:
+    t, z, F = recording(rate=rate)
+    there = (t < 3.1) | (t > 3.12)
+    assert measure_loops(t[there], z[there], F[there]).mean()["c_loss"][0] == pytest.approx(C, rel=1e-4)

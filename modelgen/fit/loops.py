@@ -20,6 +20,7 @@ HARMONICS = 63  # of a cycle with samples enough: a loop has corners where the d
 BINS = 1024  # phases to which the samples of a long cycle are averaged
 FEWEST = 12  # samples of a cycle
 GRID = 2048  # phases of a fitted cycle
+LONGEST = np.pi / 4  # phase without a sample
 NEAR = 0.3  # part of the amplitude within which a crossing of the middle is fitted
 UNIT = {
     "f": "Hz", "A_z": "mm", "A_F": "N", "F_0": "N", "k_s": "N/mm", "c_s": "N*s/mm", "h_s": "N",
@@ -120,8 +121,15 @@ def _cycle(t: Array, z: Array, F: Array, begin: float, end: float) -> tuple[Arra
     n = inside.stop - inside.start
     if n < FEWEST:
         raise InputError(f"{n} samples in the cycle at {begin:g} s, at least {FEWEST} wanted")
+    if np.ptp(F[inside]) == 0:
+        raise InputError(f"the force does not change in the cycle at {begin:g} s")
     theta, *channels = _averaged(2 * np.pi * (t[inside] - begin) / (end - begin), z[inside], F[inside])
-    count = min(HARMONICS, (theta.size - 4) // 4)
+    gap = float(np.max(np.diff(theta, prepend=theta[-1] - 2 * np.pi)))
+    if gap > LONGEST:
+        raise InputError(
+            f"samples are missing in the cycle at {begin:g} s, over {gap / (2 * np.pi):.2g} of it"
+        )
+    count = min(HARMONICS, (theta.size - 4) // 4, int(np.pi / gap))
     basis = _basis(theta, count)
     inverse: Array = np.asarray(np.linalg.inv(basis.T @ basis), dtype=float)
     fits = [_Series(np.asarray(inverse @ (basis.T @ y)), basis, inverse, y) for y in channels]
@@ -135,7 +143,8 @@ def _averaged(theta: Array, *channels: Array) -> list[Array]:
         return [theta, *channels]
     which = np.minimum((theta * (BINS / (2 * np.pi))).astype(int), BINS - 1)
     count = np.bincount(which, minlength=BINS)
-    return [np.asarray(np.bincount(which, x, BINS) / count) for x in (theta, *channels)]
+    there = count > 0
+    return [np.asarray(np.bincount(which, x, BINS)[there] / count[there]) for x in (theta, *channels)]
 
 
 class _Series:
@@ -179,7 +188,7 @@ def _figures(z: _Series, F: _Series, grid: Array, f: float) -> dict[str, tuple[f
     span_F = (grid[Fg.argmax()] - grid[Fg.argmin()]) / 2
     A_z, A_F = float(span_z @ z.c), float(span_F @ F.c)
     u_z, u_F = z.var(span_z) ** 0.5, F.var(span_F) ** 0.5
-    k_s, u_k = A_F / A_z, np.hypot(u_F / A_F, u_z / A_z) * A_F / A_z
+    k_s = A_F / A_z
     # the velocity's amplitude is 2πf A_z for a sine; for any other motion it is that of the fitted one
     slope = np.hstack([0.0, n * z.c[1 + count :], -n * z.c[1 : 1 + count]])
     vg = grid @ slope
@@ -190,7 +199,8 @@ def _figures(z: _Series, F: _Series, grid: Array, f: float) -> dict[str, tuple[f
     h, u_h = _width(z, F, grid, count)
     lossy = np.pi * slope  # ∮F dz = π Σ n (p_n b_n − q_n a_n)
     W, u_W = float(lossy @ F.c), F.var(lossy) ** 0.5
-    c_loss = W / (2 * np.pi**2 * f * A_z**2)
+    lost = 2 * np.pi**2 * f * A_z**2
+    c_loss = W / lost
     ratio = complex(F.c[1], -F.c[1 + count]) / complex(z.c[1], -z.c[1 + count])
     unit = np.eye(F.c.size)
     u_angle = np.hypot(
@@ -202,11 +212,11 @@ def _figures(z: _Series, F: _Series, grid: Array, f: float) -> dict[str, tuple[f
         "A_z": (A_z, u_z),
         "A_F": (A_F, u_F),
         "F_0": (float(F.c[0]), F.var(unit[0]) ** 0.5),
-        "k_s": (k_s, float(u_k)),
-        "c_s": (A_F / A_v, float(np.hypot(u_F / A_F, u_v / A_v)) * A_F / A_v),
+        "k_s": (k_s, float(np.hypot(u_F, k_s * u_z)) / A_z),
+        "c_s": (A_F / A_v, float(np.hypot(u_F, u_v * A_F / A_v)) / A_v),
         "h_s": (h, u_h),
         "W": (W, u_W),
-        "c_loss": (c_loss, float(np.hypot(u_W / W, 2 * u_z / A_z)) * abs(c_loss) if W else 0.0),
+        "c_loss": (c_loss, float(np.hypot(u_W / lost, 2 * c_loss * u_z / A_z))),
         "loss_angle": (float(np.degrees(np.angle(ratio))), float(np.degrees(u_angle))),
     }
 
