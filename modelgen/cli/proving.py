@@ -120,15 +120,15 @@ def prove(wish: Wish) -> int:
 
 
 def _work(wish: Wish, tasks: Sequence[Task | Own], room: Room, to: Console) -> int:
-    """Make the trials, then diagnose the measured recordings; 130 where that was interrupted."""
+    """Diagnose the measured recordings, then make the trials; 130 where that was interrupted."""
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)  # to be ended is to be interrupted
     ready = room.rows()
     done_of = sum(t.index in ready for t in tasks)
     try:
-        with _progress(to, len(tasks), done_of) as (sealed, done):
-            run(tasks, room, wish.jobs, wish.limit, sealed, done)
         if tasks and wish.real is not None:
             _measure(wish.real, room, wish.limit, to)
+        with _progress(to, len(tasks), done_of) as (sealed, done):
+            run(tasks, room, wish.jobs, wish.limit, sealed, done)
     except KeyboardInterrupt:
         to.print(
             f"interrupted; what is done is in {room.folder}/{TRIALS}, the same command goes on from there"
