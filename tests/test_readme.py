@@ -63,11 +63,17 @@ def test_the_output_of_a_fit(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
         assert line in readme, line
 
 
-def test_parameters_that_vary() -> None:
-    names: dict[str, Any] = {}
-    (block,) = (b for b in BLOCKS if "import Parameter, varying" in b)
-    exec(block, names)
-    assert {"k_D_M", "h_D_M", "k_D_A_z"} <= {p.name for p in names["model"].scalar_parameters}
+def test_a_model_by_field_and_the_output_of_its_fit_and_loops(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
+) -> None:
+    assert load("by_field.py:model", folder) == load("by_field.py:model", ROOT / "examples" / "mre_field")
+    monkeypatch.chdir(ROOT)
+    readme = [line.rstrip() for line in (ROOT / "README.md").read_text().splitlines()]
+    recording = ["examples/mre_field/s1_m1.csv", "--length", "43", "--area", "256"]
+    for command, count in ((["loops", *recording], 15), (["fit", "examples/mre_field/case.toml"], 11)):
+        assert main(command) == 0
+        for line in capsys.readouterr().out.splitlines()[:count]:
+            assert line.rstrip() in readme, line
 
 
 def test_the_count_of_published_numbers() -> None:
