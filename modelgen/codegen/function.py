@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -48,16 +49,15 @@ class Prepared:
 
     def values(self, theta: Sequence[float] | Array, measure: str) -> Array:
         """Channels of `measure`, shape (channels, n)."""
-        p, out = self._with(theta), np.empty((self.function.channels(measure), self.stride))
+        p, out = self._with(theta), aligned(self.function.channels(measure), self.stride, fill=None)
         self.function.call(f"values_{measure}", self.n, self.stride, self._work, p, out)
         return out[:, : self.n]
 
     def jacobian(self, theta: Sequence[float] | Array, measure: str) -> tuple[Array, Array]:
         """Channels (channels, n) and their derivatives (channels, columns, n)."""
         channels, columns = self.function.channels(measure), len(self.function.wrt)
-        both = np.empty(
-            (1 + columns, channels, self.stride)
-        )  # one block: an address costs as much as 100 samples
+        # one block, since an address costs as much as 100 samples
+        both = aligned(1 + columns, channels, self.stride, fill=None)
         at = both.ctypes.data
         jac_at = at + both[0].nbytes
         self.function.call(
@@ -240,10 +240,12 @@ def padded(n: int) -> int:
     return whole + PADDED if whole % PAGE == 0 else whole
 
 
-def aligned(*shape: int) -> Array:
-    """Zeros that begin at a cache line, as vector loads like them."""
-    size = int(np.prod(shape))
-    room = np.zeros(size + LINE // 8)
+def aligned(*shape: int, fill: float | None = 0.0) -> Array:
+    """Numbers that begin at a cache line, as vector loads like them; not set at all where `fill` is None."""
+    size = math.prod(shape)
+    room = np.empty(size + LINE // 8)
+    if fill is not None:
+        room.fill(fill)
     start = -(int(room.ctypes.data) // 8) % (LINE // 8)
     return room[start : start + size].reshape(shape)
 
