@@ -208,6 +208,8 @@ MODELS = {
     ): "default 1 of 'R' is outside \\[2, 3\\]",
     SPRING.replace('"R", "ohm", 1.0', '"R", "ohm", 2.5, (3.0, 2.0)'): "bounds of parameter 'R' are reversed",
     SPRING.replace("(R, X)", "(R,)"): "'X' is not declared",
+    SPRING.replace("R + j * f * X", "'R'"): "line 5: 'R' of type str is no expression",
+    SPRING.replace("R + j * f * X", "Max(R, j * f * X)"): "complex numbers have no order, in Max",
     SPRING.replace('outputs=("Z",)', 'outputs=("z",)'): "output 'z' is no equation, did you mean 'Z'",
     SPRING.replace('"X"', '"X;exit(1)"'): "is not a name",
     SPRING.replace("coil =", "cool ="): "has no 'coil', did you mean 'cool'",

@@ -97,6 +97,8 @@ class Translator:
         if isinstance(e, sp.Piecewise):
             return self._piecewise(e, memo)
         if isinstance(e, (sp.Max, sp.Min)):
+            if any(self.is_complex(a) for a in e.args):
+                raise InputError(f"complex numbers have no order, in {e}")
             pick = ca.fmax if isinstance(e, sp.Max) else ca.fmin
             total = self.sx(e.args[0], memo)
             for a in e.args[1:]:

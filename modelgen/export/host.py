@@ -62,9 +62,9 @@ def measured_errors(c: Compiled, tried: Sequence[Trial], vectors: Sequence[Vecto
             _, _, jac = c.call(slopes, p, v.inputs)
             c.state[:] = kept
             wanted = np.array(v.jacobian)
-            worst["derivatives"] = float(
-                np.max(np.abs(jac - wanted[..., 0]) / wanted[..., 1], initial=worst["derivatives"])
-            )
+            judged = wanted[..., 1] > 0
+            relative = np.abs(jac - wanted[..., 0])[judged] / wanted[..., 1][judged]
+            worst["derivatives"] = float(np.max(relative, initial=worst["derivatives"]))
         _, out, _ = c.call(plain, p, v.inputs)
         for s, got, wanted_, scale in zip(c.unit.outputs, out, v.wanted, v.scale, strict=True):
             if scale > 0:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
+from modelgen.errors import InputError
+
 
 class Symbolic:
     """Lets a declared quantity stand in sympy expressions as its symbol."""
@@ -162,7 +164,7 @@ class Equation(Symbolic):
     text: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "expr", sp.sympify(self.expr))
+        object.__setattr__(self, "expr", expression(self.expr))
 
     @property
     def complex(self) -> bool:
@@ -181,7 +183,7 @@ class Condition:
     ref: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "expr", sp.sympify(self.expr))
+        object.__setattr__(self, "expr", expression(self.expr))
 
 
 @dataclass(frozen=True)
@@ -201,8 +203,8 @@ class Implicit(Symbolic):
     text: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "residual", sp.sympify(self.residual))
-        object.__setattr__(self, "bracket", tuple(sp.sympify(b) for b in self.bracket))
+        object.__setattr__(self, "residual", expression(self.residual))
+        object.__setattr__(self, "bracket", tuple(expression(b) for b in self.bracket))
 
 
 @dataclass(frozen=True)
@@ -229,12 +231,21 @@ class State(Symbolic):
     def __post_init__(self) -> None:
         for key in ("initial", "update", "rate"):
             value = getattr(self, key)
-            object.__setattr__(self, key, None if value is None else sp.sympify(value))
+            object.__setattr__(self, key, None if value is None else expression(value))
         if (self.update is None) == (self.rate is None):
             raise ValueError(f"state '{self.name}' needs either update or rate")
 
 
 Statement = Equation | Implicit | State
+
+
+def expression(value: Any) -> Any:
+    """A number or an expression as sympy's. Raises InputError for anything else, such as text."""
+    try:
+        return sp.sympify(value, strict=True)
+    except sp.SympifyError:
+        found = f"{value!r} of type {type(value).__name__}"
+        raise InputError(f"{found} is no expression, wanted numbers and symbols of quantities") from None
 
 
 def is_complex(expr: Any) -> bool:
