@@ -12,6 +12,7 @@ from modelgen.papers.gmm.contact import CONTACT, PRINTED, damping, widely
 from modelgen.papers.gmm.damping import STATED, STRUCTURAL
 from modelgen.papers.gmm.equations import SERIES, coefficients
 from modelgen.papers.gmm.fractal import FRACTAL, contact, contact_std, dimension, roughness
+from modelgen.papers.gmm.misprints import misprints
 from modelgen.papers.gmm.paper import PAPER
 from modelgen.papers.gmm.roughness import SURFACES
 from modelgen.papers.gmm.runs import MEANS, runs
@@ -135,6 +136,13 @@ def test_the_recording_cannot_tell_what_is_believed_of_the_damping() -> None:
 def test_method_2_of_table_7_is_no_passive_material() -> None:
     assert [row[2] for row in published_sets().rows] == ["yes", "no", "yes"]
     assert compared(impedance(FREQUENCIES), impedance(FREQUENCIES, table_7(3))) == (0.0, 0.0, 1.0, 1.0)
+
+
+def test_what_the_misprints_would_do() -> None:
+    shows = {where: text for where, _, _, text in misprints().rows}
+    assert "80.40 in place of 81.72" in str(shows["(6), R_g1"])
+    assert "1.8e-09 in place of 2.81e-10" in str(shows["(18)"])  # reference_values.txt, homogeneous
+    assert "1.233e+08 N/m" in str(shows["(9), K_G*"]) and "−j 1.4e+10" in str(shows["(9), K_G*"])
 
 
 def test_table_6_contradicts_itself() -> None:

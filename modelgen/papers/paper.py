@@ -25,11 +25,12 @@ class Table:
 
 @dataclass(frozen=True)
 class Found:
-    """What a study found: sentences, and a table of ours (rows as long as `columns`)."""
+    """What a study found: sentences, and a table of ours, rows as long as `columns`, of numbers or prose."""
 
     says: tuple[str, ...]
     columns: tuple[str, ...] = ()
     rows: tuple[tuple[Cell, ...], ...] = ()
+    prose: bool = False
 
 
 @dataclass(frozen=True)

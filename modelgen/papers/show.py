@@ -92,7 +92,7 @@ def _print_paper(judged: Judged, console: Console) -> None:
         console.print()
         console.print(Text(study.title, style="bold"))
         if outcome.columns:
-            right = tuple(range(1, len(outcome.columns)))
+            right = () if outcome.prose else tuple(range(1, len(outcome.columns)))
             made = _table(*outcome.columns, right=right)
             for row in outcome.rows:
                 made.add_row(*(Text(cell(c)) for c in row))

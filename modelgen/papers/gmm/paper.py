@@ -6,6 +6,7 @@ from modelgen.papers.gmm.damping import STATED, STRUCTURAL, hammer_test
 from modelgen.papers.gmm.equations import SERIES
 from modelgen.papers.gmm.figures import FIGURES
 from modelgen.papers.gmm.fractal import FRACTAL
+from modelgen.papers.gmm.misprints import misprints
 from modelgen.papers.gmm.roughness import SURFACES
 from modelgen.papers.gmm.runs import MEANS, accuracy, coefficients_of_variation
 from modelgen.papers.gmm.sensitivity import BASINS, compared
@@ -17,6 +18,7 @@ PAPER = Paper(
     "Giant magnetostrictive transducer: three complex parameters by particle swarms",
     tables=(SERIES, STRUCTURAL, SURFACES, FRACTAL, CONTACT, STATED, BASINS, AGREEMENT, MEANS, SPREADS),
     studies=(
+        Study("What is wrong in print besides the numbers", misprints),
         Study("Time and accuracy of each Method on synthetic truth", accuracy),
         Study("Ten random runs of each Method and their cv", coefficients_of_variation),
         Study("S'' with the damping known, wrong and unknown", damping_known_or_not),

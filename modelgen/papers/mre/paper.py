@@ -3,6 +3,7 @@
 from modelgen.papers.mre.estimators import both_readings, side_by_side, spread
 from modelgen.papers.mre.figures import FIGURES
 from modelgen.papers.mre.material import conditions, figures
+from modelgen.papers.mre.misprints import misprints
 from modelgen.papers.mre.sweep import against_sweep, along_a_sweep
 from modelgen.papers.mre.tables import TABLES
 from modelgen.papers.paper import Paper, Study
@@ -12,6 +13,7 @@ PAPER = Paper(
     "Magnetorheological elastomers in tension: the modified Dahl model",
     tables=TABLES,
     studies=(
+        Study("What is wrong in print besides the numbers", misprints),
         Study("Four stages and a direct fit: accuracy and time on synthetic truth", side_by_side),
         Study("J_es in both readings", both_readings),
         Study("What Tables 4 and 5 say of residual and spread", spread),
