@@ -107,6 +107,19 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         assert len(capsys.readouterr().err.strip().splitlines()) == 1
 
 
+def test_plots_of_a_loop_and_of_a_sweep(tmp_path: Path) -> None:
+    t, z, F = recording(cycles=3.2)
+    loop = write(tmp_path / "a.csv", 1e3 * t, 1e3 * z, 1e3 * F)
+    t = np.arange(0, 20, 1 / 200)
+    z = -np.cos(2 * pi * (0.5 * t + 0.05 * t**2))
+    sweep = write(tmp_path / "s.csv", 1e3 * t, 1e3 * z, 1e3 * K * z)
+    for file, axis in ((loop, "z [mm]"), (sweep, "loss angle [°]")):
+        out = file.with_suffix(".svg")
+        assert main(["loops", str(file), "--plot", str(out)]) == 0
+        assert axis in out.read_text()
+    assert main(["loops", str(loop), "--plot", str(tmp_path / "a.gif")]) == 2
+
+
 def test_cycles_that_cannot_be_measured_are_told() -> None:
     t, z, F = recording(rate=4.0)
     with pytest.raises(InputError, match="samples in the cycle"):

@@ -173,6 +173,9 @@ def modal(
 def loops(
     recording: Annotated[Path, typer.Argument(metavar="RECORDING.csv", help="t [s], z [mm], F [N]")],
     json: Json = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="draw loops, or k_s and loss angle of a sweep: .svg, .png or .pdf")
+    ] = None,
     skip: Annotated[int, typer.Option(help="leave out so many cycles at the beginning")] = 0,
     length: Annotated[float | None, typer.Option(help="of the sample [mm]: say the strain, too")] = None,
     area: Annotated[float | None, typer.Option(help="its cross-section [mm²]: say the stress, too")] = None,
@@ -183,7 +186,7 @@ def loops(
     """Stiffness, damping and hysteresis of each cycle of a force-displacement recording, also of a sweep."""
     from modelgen.cli.loops import loops_case
 
-    loops_case(recording, against, json, skip, length, area)
+    loops_case(recording, against, json, plot, skip, length, area)
 
 
 @app.command()

@@ -12,6 +12,8 @@ from modelgen.fit.loops import TEXT, UNIT, Loops, Shift, measure_loops, shift, s
 from modelgen.recordings.columns import read_channels
 from modelgen.recordings.signature import Channel, Signature
 from modelgen.recordings.table import read_table
+from modelgen.report.fits import plot_format
+from modelgen.report.loops import write_loops
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,10 +30,19 @@ COLUMNS = Signature(
 
 
 def loops_case(
-    path: Path, against: Path | None, json: Path | None, skip: int, length: float | None, area: float | None
+    path: Path,
+    against: Path | None,
+    json: Path | None,
+    plot: Path | None,
+    skip: int,
+    length: float | None,
+    area: float | None,
 ) -> None:
-    """Read, measure, print, and write the JSON."""
+    """Read, measure, print, and write the JSON and the plot."""
     check_output(json)
+    check_output(plot)
+    if plot is not None:
+        plot_format(plot)
     for name, size, unit in (("--length", length, "mm"), ("--area", area, "mm²")):
         if size is not None and not (size > 0 and math.isfinite(size)):
             raise InputError(f"{name} {size:g}: a size above zero is wanted [{unit}]")
@@ -42,6 +53,8 @@ def loops_case(
     ranges = _ranges(found, length, area)
     if json is not None:
         _write(found, ranges, moved, json)
+    if plot is not None:
+        write_loops(found, plot)
     _print(found, ranges, moved, console())
 
 
