@@ -109,8 +109,8 @@ def test_ctrl_c_is_counted(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_indices_are_lowered_but_not_in_names_of_several_parts() -> None:
-    assert str(lowered("R_f < D_eq, k_eff², k_D_M and loss_angle, J_1(x)")) == (
-        "R<sub>f</sub> &lt; D<sub>eq</sub>, k<sub>eff</sub>², k_D_M and loss_angle, J_1(x)"
+    assert str(lowered("R_f < D_eq, k_eff², k_D_M and loss_angle, J_1(x)^2")) == (
+        "R<sub>f</sub> &lt; D<sub>eq</sub>, k<sub>eff</sub>², k_D_M and loss_angle, J_1(x)<sup>2</sup>"
     )
 
 

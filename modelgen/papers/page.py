@@ -15,6 +15,7 @@ from modelgen.papers.run import Judged, Reproduction, Show
 from modelgen.papers.show import cell, difference, ours, printed
 
 _INDEX = re.compile(r"(?<![\w&])([^\W\d_]{1,2}'*)_([A-Za-z0-9]{1,4})(?![A-Za-z0-9_(])")
+_POWER = re.compile(r"\^(\d+)\b")
 REPEATED = 30  # a reason longer than this is printed once a table
 CLASS = {
     Verdict.REPRODUCED: "same",
@@ -87,8 +88,10 @@ def _once(text: str, said: set[str]) -> str:
 
 
 def lowered(text: str | Markup) -> Markup:
-    """Text with indices lowered, R_f as R with a small f; a name of several parts, k_D_M, stays."""
-    return Markup(_INDEX.sub(r"\1<sub>\2</sub>", str(escape(text))))
+    """Text with indices lowered, R_f as R with a small f, and whole powers raised; a name of several parts,
+    k_D_M, stays."""
+    low = _INDEX.sub(r"\1<sub>\2</sub>", str(escape(text)))
+    return Markup(_POWER.sub(r"<sup>\1</sup>", low))
 
 
 def _drawn(figure: Figure, key: str) -> Markup:
