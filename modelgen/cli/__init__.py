@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import logging
 import os
 import sys
 from collections.abc import Sequence
@@ -20,6 +21,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     from modelgen.cli.app import app
 
+    # that it makes its cache of fonts, or can't write it, is not for stderr
+    logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
     try:
         status = get_command(app).main(args=_words(arguments), prog_name="modelgen", standalone_mode=False)
         sys.stdout.flush()
