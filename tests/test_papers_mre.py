@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from modelgen.cli.methods import read_method
+from modelgen.errors import InputError
 from modelgen.fit import GaussNewton, Method
 from modelgen.fit.random import RandomChanges, RandomSets
 from modelgen.papers.mre.estimators import between_published, stage_2
@@ -69,6 +70,17 @@ def test_first_stage_finds_motion_and_offset(case: str) -> None:
     assert abs(cycle.A - 3.0) < 1e-3
     assert cycle.f == pytest.approx(0.1, rel=2e-4)
     assert cycle.shift == pytest.approx(SHIFT[case], abs=5e-3)
+
+
+def test_first_stage_says_what_it_wants() -> None:
+    t, z, F = (x[::100] for x in record("M0"))
+    with pytest.raises(InputError, match="less than two cycles"):
+        first_stage(t[:700], z[:700], F[:700])
+    with pytest.raises(InputError, match="equal steps"):
+        first_stage(t**1.1, z, F)
+    with pytest.raises(InputError, match="at least 40"):
+        first_stage(t[:30], z[:30], F[:30])
+    assert first_stage(t[:900], z[:900], F[:900]).f == pytest.approx(0.1, rel=0.01)
 
 
 def test_stages_get_better_one_after_the_other_and_the_direct_fit_is_best() -> None:

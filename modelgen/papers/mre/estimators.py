@@ -190,7 +190,8 @@ def spread() -> Found:
         (
             "ten runs on one recording differ by their random numbers alone. Least squares end in one point, "
             "whatever stage 3 hands over (but a run at h_D = 0), so the spread printed for stage 4 "
-            "is none of noise: it is as wide as what stage 3 leaves, as if stage 4 had stopped at once",
+            "is none of noise: it is of the width that stage 3 leaves, or half of it. Either stage 4 stopped "
+            "long before its minimum, or the ten runs were not on one recording",
             f"the moving average leaves {noise:.1e} N of the force sensor's noise; the published J_e after "
             f"stage 4 is {J['M0'] / noise:.0f} (M0) and {J['M1'] / noise:.0f} (M1) times that. The model "
             "leaves something out, and standard deviations by the noise cover none of it: modelgen "

@@ -17,6 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from modelgen.codegen import Function, build
+from modelgen.errors import InputError
 from modelgen.fit import GaussNewton
 from modelgen.fit.experiment import Experiment, experiment
 from modelgen.fit.method import Method
@@ -32,6 +33,7 @@ FOUR = ("k_D", "c_D", "h_D", "rho")
 RANGES = {"k_D": (0.0, 1.2), "c_D": (0.0, 1.8), "h_D": (0.0, 0.7), "rho": (1.0, 2.0)}
 """Of stage 2. Later stages leave them: signs alone are kept."""
 LATER = {"k_D": (0.0, 1e3), "c_D": (0.0, 1e3), "h_D": (0.0, 1e3), "rho": (1e-3, 1e3)}
+UNEVEN = 0.01  # part of a time step
 WINDOW = 20  # samples of the moving average (sec. 3.3)
 
 
@@ -77,8 +79,15 @@ def moving_average(x: Array, window: int = WINDOW) -> Array:
 
 def first_stage(t: Array, z: Array, F: Array, samples: int = 2000) -> Cycle:
     """Stage 1: A_zD = (max − min)/2, f by the autocorrelation of z, the shift of z against −A cos 2πft by
-    their cross-correlation, F_0 by the mean of F over one cycle; t in equal steps."""
+    their cross-correlation, F_0 by the mean of F over one cycle.
+
+    Raises InputError for few samples, for t not in equal steps, and for less than two cycles.
+    """
+    if t.size < 2 * WINDOW:
+        raise InputError(f"{t.size} samples, at least {2 * WINDOW} wanted")
     dt = (t[-1] - t[0]) / (t.size - 1)
+    if np.max(np.abs(np.diff(t) - dt)) > UNEVEN * dt:
+        raise InputError("the samples are not in equal steps of time, which a correlation wants")
     z, F = moving_average(z), moving_average(F)
     A = float(np.ptp(z)) / 2
     period = _period(z - z.mean()) * dt
@@ -104,6 +113,8 @@ def _period(z: Array) -> float:
     after = int(np.argmax(r < 0))
     k = after + int(np.argmax(r[after : 5 * after]))
     wide = max(after // 8, 1)  # the top is flat: a parabola through a sixteenth of a cycle
+    if not r[after] < 0 or k + wide >= r.size:
+        raise InputError("less than two cycles of the displacement, which an autocorrelation wants")
     at = np.arange(max(k - wide, 0), min(k + wide + 1, r.size))
     a, b, _ = np.polyfit(at - k, r[at], 2)
     return float(k - b / (2 * a))
@@ -146,7 +157,7 @@ def estimate(
     changes: int = 100_000,
 ) -> Estimated:
     """All four stages on a record of t [s], z [mm], F [N] (n,) with two cycles at least, fitted at `samples`
-    points of a cycle; `changes`, of stage 3, may be 0."""
+    points of a cycle; `changes`, of stage 3, may be 0. Raises InputError as `first_stage` does."""
     began = time.perf_counter()
     cycle = first_stage(t, z, F, samples)
     ex = fitted_to(cycle)

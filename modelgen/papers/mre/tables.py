@@ -32,7 +32,8 @@ TOO_STIFF = (
 )
 SPREAD = (
     "needs the recordings. On a synthetic one the ten runs of stage 4 end in one point: least squares from "
-    "stage 3's sets leaves no spread, so that the printed one says that stage 4 had not converged"
+    "stage 3's sets leaves no spread. Either the printed stage 4 had not converged, or its runs were not on "
+    "one recording"
 )
 
 FIELD = (  # point, FEMM of S1 and S2, gaussmeter: B_x, B_y [mT]
