@@ -18,7 +18,7 @@ app = typer.Typer(
 CasePath = Annotated[Path, typer.Argument(metavar="CASE.toml", help="the case: model, recordings, constants")]
 Json = Annotated[Path | None, typer.Option("--json", help="write the result as JSON")]
 Dask = Annotated[str, typer.Option(metavar="ADDRESS", help="run on the Dask cluster whose scheduler this is")]
-Seed = Annotated[int, typer.Option(help="of all random numbers")]
+Seed = Annotated[int, typer.Option(min=0, help="of all random numbers")]
 MODEL = "a model that ships, or path/to/file.py:NAME"
 
 

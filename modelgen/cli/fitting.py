@@ -63,6 +63,8 @@ def read_start(entries: Sequence[str]) -> dict[str, float]:
     found = {}
     for entry in entries:
         name, _, value = entry.partition("=")
+        if name.strip() in found:
+            raise InputError(f"--start {entry}: '{name.strip()}' is given twice")
         try:
             found[name.strip()] = float(value)
         except ValueError:

@@ -24,6 +24,8 @@ def export(model: Model, target: str, folder: Path, settings: Settings | None = 
         raise InputError(f"unknown target '{target}'{near} it is one of {', '.join(TARGETS)}")
     from modelgen.export.c99 import Settings, export_c99
 
+    if target == "fmu" and settings and settings.fitter:
+        raise InputError("--fitter belongs to --target c99: units are tuned by the tool that runs them")
     if target == "fmu":
         from modelgen.export.fmu import export_fmu
 

@@ -10,8 +10,8 @@ from modelgen.errors import InputError, ToolError, did_you_mean
 from modelgen.export.datasheet import merge, render_sheet, take
 from modelgen.export.selftest import render_tests
 from modelgen.export.text import REALS, render, render_c
-from modelgen.export.unit import make_unit, parse_fixed
-from modelgen.export.values import parse_ranges
+from modelgen.export.unit import make_unit
+from modelgen.export.values import parse_fixed, parse_ranges
 from modelgen.export.vectors import make_vectors
 from modelgen.files import write_atomically
 from modelgen.language import Model

@@ -36,8 +36,13 @@ def literal(value: float, real: str) -> str:
 
 
 def rounder(real: str) -> Callable[[float], float]:
-    """The nearest number that the type holds."""
-    return (lambda x: float(np.float32(x))) if real == "float" else float
+    """The nearest number that the type holds, or infinity."""
+
+    def nearest(x: float) -> float:
+        with np.errstate(over="ignore"):
+            return float(np.float32(x))
+
+    return nearest if real == "float" else float
 
 
 def _token(match: re.Match[str]) -> str:

@@ -12,7 +12,6 @@ from modelgen.codegen.ctext import RESERVED, Printer, c_name, comment
 from modelgen.codegen.program import Program, Sample, build_program, sensitivity
 from modelgen.codegen.real import work
 from modelgen.codegen.split import Pair
-from modelgen.errors import InputError
 from modelgen.export.floats import MATH
 from modelgen.export.rewrite import STEP, at_start, at_step, inputs_of, only, rewrite, rewrite_root
 from modelgen.language import Model
@@ -98,18 +97,6 @@ def make_unit(
     first = rewrite(only(program, program.first or program.step, outputs), at_start(model, fixed, kept))
     maker = _Maker(model, program, step, first, prefix or c_name(model.id), fixed)
     return maker.unit()
-
-
-def parse_fixed(model: Model, given: Sequence[str]) -> dict[str, float]:
-    """NAME=VALUE texts as numbers. Raises InputError in one line."""
-    found = {}
-    for text in given:
-        name, _, value = text.partition("=")
-        try:
-            found[model.parameter(name.strip()).name] = float(value)
-        except ValueError:
-            raise InputError(f"--fix {text}: '{value}' is not a number; wanted NAME=VALUE") from None
-    return found
 
 
 def member(name: str) -> str:

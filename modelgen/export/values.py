@@ -34,6 +34,23 @@ def default_of(p: Parameter) -> float:
     return max(low, min(high, 1.0))
 
 
+def parse_fixed(model: Model, given: Sequence[str]) -> dict[str, float]:
+    """NAME=VALUE texts as numbers. Raises InputError in one line."""
+    found = {}
+    for text in given:
+        name, _, value = text.partition("=")
+        known = model.parameter(name.strip()).name
+        if known in found:
+            raise InputError(f"--fix {text}: '{known}' is given twice")
+        try:
+            found[known] = float(value)
+        except ValueError:
+            raise InputError(f"--fix {text}: '{value}' is not a number; wanted NAME=VALUE") from None
+        if not math.isfinite(found[known]):
+            raise InputError(f"--fix {text}: a finite number is wanted")
+    return found
+
+
 def parse_ranges(model: Model, given: Sequence[str]) -> dict[str, Range]:
     """NAME=LOW:HIGH texts. Raises InputError in one line."""
     names = [i.name for i in model.inputs if not i.derived]
