@@ -162,9 +162,8 @@ def make_hypotheses(
         if len(layout.names) <= count:
             made.append((added, extended, layout))
     measures = sorted({s.measure for s in series})
-    kernels = (
-        ("values", "jacobian", "sumsq") if sets == [()] else ("values", "jacobian")
-    )  # a base is swarmed over
+    swarmed = ("sumsq", "normal") if sets == [()] else ()  # a base is searched for from afar
+    kernels = ("values", "jacobian", *swarmed)
     functions = build_many([(m, layout.wrt) for _, m, layout in made], kernels, measures)
     constants = dict(case.constants)
     return [

@@ -151,12 +151,21 @@ def smeared(variance: Array, width: Array) -> Array:
     return np.asarray(rows * np.sqrt(variance)[:, None])
 
 
+def _autocovariance(a: Array) -> Array:
+    """(p + 1,) of autoregressive noise with innovations of variance 1: Σ_j a_j γ_|k−j| = δ_k (Yule, Walker)."""
+    p = len(a) - 1
+    equations = np.zeros((p + 1, p + 1))
+    for k in range(p + 1):
+        for j in range(p + 1):
+            equations[k, abs(k - j)] += a[j]
+    return np.asarray(np.linalg.solve(equations, np.eye(1, p + 1)[0]))
+
+
 def factor(a: Array, s2: float, more: Array, rows: Array | None = None) -> Array:
     """Lower banded Cholesky factor of s² + A (D + R Rᵀ) Aᵀ, the first samples stationary; D = `more` (n,),
     R by
     its `rows` (n, 2 m + 1)."""
     from scipy.linalg import cholesky_banded, toeplitz
-    from scipy.signal import lfilter
 
     p, n = len(a) - 1, len(more)
     width = p + (rows.shape[1] if rows is not None else 1)
@@ -171,8 +180,7 @@ def factor(a: Array, s2: float, more: Array, rows: Array | None = None) -> Array
         for j in range(k, p + 1):
             first = max(0, j - k)
             band[k, first : n - k] += a[j] * a[j - k] * more[first + k - j : n - j]
-    impulse = lfilter([1.0], a, np.eye(1, 20000)[0])
-    gamma = np.array([impulse[: len(impulse) - k] @ impulse[k:] for k in range(p)])
+    gamma = _autocovariance(a)[:p]
     band[0] += s2
     if p:
         T = toeplitz(a[:p], np.zeros(p))
