@@ -91,33 +91,55 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
     if progress:
         progress(0.6, "fitting")
     judge, first = _deserved(s, judge, [base], first)
-    tried = {f.hypothesis.key: f for f in first}
-    best = min([base, *first], key=lambda f: f.bic)
-    if not _gains(s, judge, base, best):
-        return Outcome(judge, base, base, tuple(tried.values()), blind)
-    beam = sorted(first, key=lambda f: f.bic)[: s.beam]
-    for depth in range(2, MOST + 1):
-        if progress:
-            progress(0.5 + 0.15 * depth, f"looking for {'a second' if depth == 2 else 'a third'} effect")
-        grown = _grow(s, base, judge, beam, scores, first)
-        if not grown:
+    best, grown, tried = base, first, {f.hypothesis.key: f for f in first}
+    beam: list[Fit] = []
+    for depth in range(1, MOST + 1):
+        if depth > 1:
+            if progress:
+                progress(0.5 + 0.15 * depth, f"looking for {'a second' if depth == 2 else 'a third'} effect")
+            grown = _grow(s, base, judge, beam, scores, first)
+            if not grown:
+                break
+            judge, base, grown, best = _recolour_pairs(s, judge, base, grown, best)
+            judge, grown = _deserved(s, judge, beam, grown)
+            tried |= {f.hypothesis.key: f for f in grown}
+        winner = min([best, *grown], key=lambda f: f.bic)
+        if winner is not best and _gains(s, judge, best, winner):
+            best = winner
+        elif not _hidden(s, judge, best, winner, depth):
             break
-        judge, base, grown, best = _recolour_pairs(s, judge, base, grown, best)
-        judge, grown = _deserved(s, judge, beam, grown)
-        tried |= {f.hypothesis.key: f for f in grown}
-        winner = min(grown, key=lambda f: f.bic)
-        if not _gains(s, judge, best, winner):
-            break
-        best = winner
         beam = sorted(grown, key=lambda f: f.bic)[: s.beam]
-    same = [judge.look(f.hypothesis, f.theta) for f in tried.values()]
-    return Outcome(
-        judge,
-        judge.look(base.hypothesis, base.theta),
-        judge.look(best.hypothesis, best.theta),
-        tuple(same),
-        blind,
-    )
+    return _concluded(s, judge, base, best, tuple(tried.values()), blind)
+
+
+def _hidden(s: Setting, judge: Judge, best: Fit, winner: Fit, depth: int) -> bool:
+    """Whether only a smooth error that nobody stated forbids to claim `winner`: with one effect more it may
+    be told from that."""
+    sweeps = not s.model.is_time_model and judge.temper == 1.0
+    return sweeps and depth == len(best.ids) + 1 and best.bic - winner.bic > ALARM
+
+
+def _concluded(
+    s: Setting, judge: Judge, base: Fit, best: Fit, tried: tuple[Fit, ...], blind: tuple[Addition, ...]
+) -> Outcome:
+    """All under the judge at the end, which counts a smooth error as noise if the best hypothesis leaves one.
+
+    Not before: what a second effect does to sweeps is smooth, too.
+    """
+    smooth = None if s.model.is_time_model or judge.temper > 1.0 else smooth_error(judge, best)[2]
+    if smooth is None:
+        look = [judge.look(f.hypothesis, f.theta) for f in (base, best, *tried)]
+        return Outcome(judge, look[0], look[1], tuple(look[2:]), blind)
+    lnf = [np.log(x.inputs[s.model.axis]) for x in s.series]
+    plain = tuple(replace(x.whitener, ar=None) for x in s.series)
+    smoothed = replace(judge, whiteners=with_smooth(plain, lnf, smooth))
+    judge, base, fits = _judged_anew(s, smoothed, base, tried)
+    chosen = base
+    for size in range(1, len(best.ids) + 1):
+        first = min((f for f in fits if len(f.ids) == size), key=lambda f: f.bic)
+        if chosen.bic - first.bic > ALARM * (size - len(chosen.ids)):
+            chosen = first
+    return Outcome(judge, base, chosen, tuple(fits), blind)
 
 
 def _deserved(s: Setting, judge: Judge, parents: Sequence[Fit], fits: list[Fit]) -> tuple[Judge, list[Fit]]:
@@ -157,12 +179,13 @@ def _gains(s: Setting, judge: Judge, old: Fit, new: Fit) -> bool:
     the richer hypothesis has taken for itself. What errors of the motion alone would give must be gained
     twice: replicas are made from a path that is smoothed already.
     """
+    alarm = ALARM * (len(new.ids) - len(old.ids))
     if judge.temper > 1.0:
-        return old.bic - new.bic > ALARM and new.chi2 < WORTH * old.chi2
+        return old.bic - new.bic > alarm and new.chi2 < WORTH * old.chi2
     undeserved = judge.excess.get(new.hypothesis.key, 0.0) - judge.excess.get(old.hypothesis.key, 0.0)
     return (
-        old.bic - new.bic > ALARM + max(0.0, undeserved)
-        and _own_colour(s, judge, old) - _own_colour(s, judge, new) > ALARM
+        old.bic - new.bic > alarm + max(0.0, undeserved)
+        and _own_colour(s, judge, old) - _own_colour(s, judge, new) > alarm
     )
 
 
@@ -220,10 +243,6 @@ def _recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Jud
     if _gross(s, white):
         new = Judge(plain, judge.prior, correlation_length(white), judge.excess)
         return new, new.look(base.hypothesis, base.theta), [new.look(f.hypothesis, f.theta) for f in fits]
-    smooth = None if s.model.is_time_model else smooth_error(judge, best)[2]
-    if smooth is not None:
-        lnf = [np.log(x.inputs[s.model.axis]) for x in s.series]
-        return _judged_anew(s, replace(judge, whiteners=with_smooth(plain, lnf, smooth)), base, fits)
     filters = coloured(plain, white, s.colour)
     uneven = [
         local_level(w.colour(e)) if s.model.is_time_model else np.ones(e.shape[1])
