@@ -12,7 +12,7 @@ import numpy as np
 from modelgen.diagnose.conclude import conclude
 from modelgen.diagnose.generic import Leftover
 from modelgen.diagnose.hypothesis import Hypothesis, additions, make_hypotheses
-from modelgen.diagnose.noise import masked, outliers
+from modelgen.diagnose.noise import masked, outliers_of
 from modelgen.diagnose.oddities import mains, saturation
 from modelgen.diagnose.refit import Fit, Judge, base_starts
 from modelgen.diagnose.scales import port_scale, record_scales
@@ -84,7 +84,7 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
         experiment(model, case, series).problem()  # says in one line what is wrong
     judge = white_judge(series)
     fit = _fit_base(base[0], judge, seed)
-    marks = tuple(outliers(e) for e in fit.white)
+    marks = tuple(outliers_of(fit.hypothesis.experiment, fit.theta, k) for k in range(len(series)))
     oddity, marks = _oddity(model, series, fit.white, marks)
     series = masked(_levelled(series, fit), marks)
     if model.is_time_model:

@@ -69,7 +69,11 @@ def judge_adequacy(
     )
     left = leftover(setting.model, outcome.judge, best, sensitivities)
     stated = all(s.stated for s in setting.series)
-    gross = stated and np.sqrt(after) > GROSS and plain[0].shape[1] >= 8
+    smooth = any(
+        w.root is not None and s.whitener.root is None
+        for s, w in zip(setting.series, outcome.judge.whiteners, strict=True)
+    )
+    gross = stated and not smooth and np.sqrt(after) > GROSS and plain[0].shape[1] >= 8
     structured = left.gain > LEFT
     rival = (
         leftover(setting.model, outcome.judge, outcome.base, sensitivities)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from modelgen.diagnose.noise import outliers
+from modelgen.diagnose.noise import outliers_of
 from modelgen.diagnose.refit import Fit
 from modelgen.diagnose.search import Setting
 from modelgen.diagnose.verdict import Rms
@@ -50,13 +50,11 @@ def look_at_holdout(setting: Setting, base: Fit, best: Fit, scale: float) -> Hel
         moved.append(s)
     raws, rms = [], []
     for fit in (base, best):
-        held = []
-        for s in moved:
-            e, theta = predict(fit, s, setting)
-            held.append(e.raw(theta, 0))
+        predicted = [predict(fit, s, setting) for s in moved]
+        held = [e.raw(theta, 0) for e, theta in predicted]
         mine = [fit.hypothesis.experiment.raw(fit.theta, k) for k in range(len(setting.series))]
         white = [s.whitener.apply(e) for s, e in zip(setting.series, mine, strict=True)]
-        held_white = [_without_outliers(s.whitener.apply(e)) for s, e in zip(moved, held, strict=True)]
+        held_white = [_without_outliers(e, theta) for e, theta in predicted]
         raws.append(tuple(held))
         rms.append(Rms(_rms(mine), _rms(held), _rms(white, True) / scale, _rms(held_white, True) / scale))
     return Held(tuple(moved), raws[0], raws[1], rms[0], rms[1], notes)
@@ -76,8 +74,8 @@ def _weight(s: Series) -> float:
     return float(np.median(used[used > 0]))
 
 
-def _without_outliers(white: Array) -> Array:
-    return np.where(outliers(white)[None, :], 0.0, white)
+def _without_outliers(e: Experiment, theta: Array) -> Array:
+    return np.where(outliers_of(e, theta, 0)[None, :], 0.0, e.whitened(theta)[0])
 
 
 def predict(fit: Fit, s: Series, setting: Setting) -> tuple[Experiment, Array]:

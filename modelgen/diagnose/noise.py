@@ -8,22 +8,31 @@ from dataclasses import replace
 
 import numpy as np
 
+from modelgen.fit.experiment import Experiment
 from modelgen.fit.series import Array, Series
 
 GROSS = 6.0
 """A sample this many robust standard deviations from its neighbours' median is an outlier."""
 
 
-def outliers(white: Array) -> Array:
-    """(n,) bool: samples that stand alone far off their neighbours in a whitened residual (channels, n)."""
+MISSED = 0.2
+"""A sample is no outlier within GROSS times this share of what stands alone in the model itself: the top of a
+narrow resonance."""
+
+
+def outliers(white: Array, signal: Array | None = None) -> Array:
+    """(n,) bool: samples that stand alone far off their neighbours in a whitened residual (channels, n).
+
+    signal: the model's own output, whitened alike, where a few samples may hold a resonance.
+    """
     n = white.shape[1]
     if n < 15:
         return np.zeros(n, dtype=bool)
     far = np.zeros(n)
+    peaks = np.zeros(n) if signal is None else MISSED * np.hypot.reduce([_alone(x) for x in signal])
+    peaks = np.lib.stride_tricks.sliding_window_view(np.pad(peaks, 3, mode="reflect"), 7).max(axis=1)
     for x in white:
-        padded = np.pad(x, 3, mode="reflect")
-        windows = np.lib.stride_tricks.sliding_window_view(padded, 7)
-        alone = x - np.median(windows, axis=1)
+        alone = _alone(x)
         level = 1.4826 * np.median(np.abs(alone))
         # where the signal itself is rough (reversals), neighbours are far off as well: compare with the local
         # level
@@ -31,9 +40,25 @@ def outliers(white: Array) -> Array:
             np.abs(np.lib.stride_tricks.sliding_window_view(np.pad(alone, 10, mode="reflect"), 21)), axis=1
         )
         scale = np.where(local > 2 * level, 1.5 * local, level)
+        scale = np.hypot(scale, peaks)
         far += (alone / np.maximum(scale, 1e-12 * (np.abs(alone).max() or 1.0))) ** 2
     marked = far > GROSS**2
     return marked if marked.mean() < 0.1 else np.zeros(n, dtype=bool)
+
+
+def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
+    """(n,) bool of recording k of an experiment at θ."""
+    s = e.series[k]
+    w = replace(s.whitener, root=None, ar=None)
+    raw = e.raw(theta, k)
+    white = s.whitener.apply(raw)
+    return outliers(white, None if e.model.is_time_model else w.apply(raw + s.data))
+
+
+def _alone(x: Array) -> Array:
+    """How far each of (n,) samples is from the median of seven about it."""
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(x, 3, mode="reflect"), 7)
+    return np.asarray(x - np.median(windows, axis=1))
 
 
 def masked(series: Sequence[Series], marks: Sequence[Array]) -> tuple[Series, ...]:

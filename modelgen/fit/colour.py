@@ -152,7 +152,7 @@ def smeared(variance: Array, width: Array) -> Array:
 
 
 def _autocovariance(a: Array) -> Array:
-    """(p + 1,) of autoregressive noise with innovations of variance 1: Σ_j a_j γ_|k−j| = δ_k (Yule, Walker)."""
+    """(p + 1,) of autoregressive noise, innovations of variance 1: Σ_j a_j γ_|k−j| = δ_k (Yule, Walker)."""
     p = len(a) - 1
     equations = np.zeros((p + 1, p + 1))
     for k in range(p + 1):
