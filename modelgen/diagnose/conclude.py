@@ -10,19 +10,19 @@ from pathlib import Path
 
 import numpy as np
 
+from modelgen.diagnose.averaged import averaged, parameters
 from modelgen.diagnose.evidence import effective
 from modelgen.diagnose.gate import Gate, judge_adequacy
 from modelgen.diagnose.generic import Leftover
 from modelgen.diagnose.holdout import look_at_holdout
 from modelgen.diagnose.locate import locate
 from modelgen.diagnose.ranking import Standing, standings, weights
-from modelgen.diagnose.refit import Fit, Judge
+from modelgen.diagnose.refit import Fit
 from modelgen.diagnose.search import Outcome, Setting
 from modelgen.diagnose.show import port_curve, port_sensitivities, traces
 from modelgen.diagnose.verdict import Finding, Trial, Verdict
-from modelgen.fit.result import Estimate, estimates
+from modelgen.fit.result import Estimate
 from modelgen.fit.series import Array
-from modelgen.fit.uncertainty import assess
 from modelgen.language import Model
 
 
@@ -41,7 +41,7 @@ def conclude(
     standing = standings(outcome) if not gate.unknown else ()
     best = outcome.base if gate.unknown else outcome.best
     base_estimates = parameters(outcome.judge, outcome.base)
-    after_estimates = parameters(outcome.judge, best)
+    after_estimates = averaged(outcome, best)
     findings = _findings(setting, outcome, standing, after_estimates, gate)
     port = findings[0].port if findings else "model"
     held = look_at_holdout(setting, outcome.base, best, gate.scale)
@@ -77,16 +77,6 @@ def _plain_white(fit: Fit) -> list[Array]:
     """Residuals over the noise's level, colour left in: what a plot shows."""
     e = fit.hypothesis.experiment
     return [replace(s.whitener, ar=None).apply(e.raw(fit.theta, k)) for k, s in enumerate(e.series)]
-
-
-def parameters(judge: Judge, fit: Fit) -> tuple[Estimate, ...]:
-    """Values and standard deviations, the noise's level estimated from the residual."""
-    problem = fit.hypothesis.experiment.problem(fit.theta, judge.whiteners)
-    n = effective(fit.white)
-    scale = float(np.sqrt(fit.chi2 / max(1, n - fit.parameters)))
-    known = assess(problem, fit.theta)
-    found = estimates(problem, fit.theta, known)
-    return tuple(replace(x, std=x.std * max(scale, 1.0)) for x in found)
 
 
 def _findings(
