@@ -24,9 +24,23 @@ def _force(clip: float | None, seed: int = 0) -> tuple[Series, np.ndarray, np.nd
 
 def test_a_clipped_record_is_told_with_its_level() -> None:
     s, white, marks = _force(clip=0.98)
-    found = saturation([s], [white], [marks])
+    found, _ = saturation([s], [white], [marks])
     assert found is not None and found.port == "force"
     assert "0.98" in found.says
+
+
+def test_a_record_cut_at_half_its_height_is_told_without_an_outlier_and_marked() -> None:
+    s, white, _ = _force(clip=0.5)
+    found, marks = saturation([s], [white], [np.zeros(s.n, dtype=bool)])
+    assert found is not None and "0.5" in found.says
+    assert np.mean(marks[0]) == pytest.approx(1 / 3, abs=0.02)  # a sine is above a half for that long
+
+
+def test_a_smooth_top_is_no_plateau_even_under_a_wrong_model() -> None:
+    s, white, _ = _force(clip=None)
+    t = s.inputs["t"]
+    wrong = white + (np.sin(2 * np.pi * t + 0.5) - np.sin(2 * np.pi * t)) / SIGMA
+    assert saturation([s], [wrong], [np.zeros(s.n, dtype=bool)])[0] is None
 
 
 def test_gross_errors_are_no_saturation() -> None:
@@ -37,7 +51,7 @@ def test_gross_errors_are_no_saturation() -> None:
     from dataclasses import replace
 
     s = replace(s, data=s.data + SIGMA * gross)
-    assert saturation([s], [white - gross], [hit]) is None
+    assert saturation([s], [white - gross], [hit])[0] is None
 
 
 def _sweeps(count: int, hum: float, base: float, seed: int) -> tuple[list[np.ndarray], list[np.ndarray]]:

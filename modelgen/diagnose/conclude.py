@@ -14,11 +14,11 @@ from modelgen.diagnose.averaged import averaged, parameters
 from modelgen.diagnose.evidence import effective
 from modelgen.diagnose.gate import Gate, judge_adequacy
 from modelgen.diagnose.generic import Leftover
-from modelgen.diagnose.holdout import look_at_holdout
+from modelgen.diagnose.holdout import Held, look_at_holdout
 from modelgen.diagnose.locate import locate
 from modelgen.diagnose.ranking import Standing, standings, weights
 from modelgen.diagnose.refit import Fit
-from modelgen.diagnose.search import Outcome, Setting
+from modelgen.diagnose.search import Outcome, Setting, claimless
 from modelgen.diagnose.show import port_curve, port_sensitivities, traces
 from modelgen.diagnose.verdict import Finding, Trial, Verdict
 from modelgen.fit.result import Estimate
@@ -35,7 +35,7 @@ def conclude(
     out: Path | None,
     begun: float,
 ) -> Verdict:
-    """Put the argument together."""
+    """Put the argument together. A claim from sweeps that the hold-out refutes is withdrawn."""
     sensitivities = port_sensitivities(setting, outcome.base)
     gate = judge_adequacy(setting, outcome, sensitivities, oddity)
     standing = standings(outcome) if not gate.unknown else ()
@@ -45,6 +45,14 @@ def conclude(
     findings = _findings(setting, outcome, standing, after_estimates, gate)
     port = findings[0].port if findings else "model"
     held = look_at_holdout(setting, outcome.base, best, gate.scale)
+    if best.hypothesis.added and not setting.model.is_time_model and outcome.judge.temper == 1.0:
+        worse = _worse(held)
+        if worse > REFUTED:
+            told = (
+                f"{', '.join(best.ids)} would explain the fit recordings, but predicts the hold-out worse than "
+                f"the model without (χ² greater by {worse:.0f}): not claimed"
+            )
+            return conclude(setting, (*notes, told), marks, oddity, claimless(setting, outcome), out, begun)
     shown = traces(setting, outcome.base, best, marks, held, gate.scale)
     law, path = _extended(setting, outcome, best, findings, after_estimates, out)
     return Verdict(
@@ -70,6 +78,20 @@ def conclude(
         notes=(*notes, *gate.notes, *_blind_note(outcome), *held.notes),
         noise=gate.noise,
         law=law,
+    )
+
+
+REFUTED = 9.0
+"""Three standard deviations: so much worse does the hold-out's χ² by chance alone not get."""
+
+
+def _worse(held: Held) -> float:
+    """By how much χ² of the hold-out grows with the claim."""
+    count = sum(s.data.size for s in held.series)
+    return (
+        float(count * (held.after.holdout_over_noise**2 - held.before.holdout_over_noise**2))
+        if count
+        else 0.0
     )
 
 

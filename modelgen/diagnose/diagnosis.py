@@ -106,7 +106,8 @@ def _oddity(
 ) -> tuple[Leftover | None, tuple[Array, ...]]:
     """What the outliers have in common, if anything, and all samples that it spoils."""
     if model.is_time_model:
-        return saturation(series, white, marks), marks
+        found, more = saturation(series, white, marks)
+        return found, tuple(more)
     if any(s.measure == "real" for s in series):
         return None, marks
     ports = {p.name for p in model.ports}

@@ -10,7 +10,7 @@ import numpy as np
 
 from modelgen.diagnose.generic import Leftover, leftover
 from modelgen.diagnose.oddities import lone
-from modelgen.diagnose.search import Outcome, Setting
+from modelgen.diagnose.search import GROSS_ESTIMATED, Outcome, Setting
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
 
@@ -70,10 +70,11 @@ def judge_adequacy(
     left = leftover(setting.model, outcome.judge, best, sensitivities)
     stated = all(s.stated for s in setting.series)
     smooth = any(
-        w.root is not None and s.whitener.root is None
-        for s, w in zip(setting.series, outcome.judge.whiteners, strict=True)
+        w.root is not None and x.whitener.root is None
+        for x, w in zip(setting.series, outcome.judge.whiteners, strict=True)
     )
-    gross = stated and not smooth and np.sqrt(after) > GROSS and plain[0].shape[1] >= 8
+    limit = GROSS if stated else GROSS_ESTIMATED
+    gross = not smooth and np.sqrt(after) > limit and plain[0].shape[1] >= 8
     structured = left.gain > LEFT
     rival = (
         leftover(setting.model, outcome.judge, outcome.base, sensitivities)

@@ -16,8 +16,8 @@ GROSS = 6.0
 
 
 MISSED = 0.2
-"""A sample is no outlier within GROSS times this share of what stands alone in the model itself: the top of a
-narrow resonance."""
+"""Neighbours are no outliers within GROSS times this share of what stands alone in the model itself: the top
+of a narrow resonance."""
 
 
 def outliers(white: Array, signal: Array | None = None) -> Array:
@@ -28,7 +28,7 @@ def outliers(white: Array, signal: Array | None = None) -> Array:
     n = white.shape[1]
     if n < 15:
         return np.zeros(n, dtype=bool)
-    far = np.zeros(n)
+    far, near = np.zeros(n), np.zeros(n)
     peaks = np.zeros(n) if signal is None else MISSED * np.hypot.reduce([_alone(x) for x in signal])
     peaks = np.lib.stride_tricks.sliding_window_view(np.pad(peaks, 3, mode="reflect"), 7).max(axis=1)
     for x in white:
@@ -40,9 +40,12 @@ def outliers(white: Array, signal: Array | None = None) -> Array:
             np.abs(np.lib.stride_tricks.sliding_window_view(np.pad(alone, 10, mode="reflect"), 21)), axis=1
         )
         scale = np.where(local > 2 * level, 1.5 * local, level)
-        scale = np.hypot(scale, peaks)
-        far += (alone / np.maximum(scale, 1e-12 * (np.abs(alone).max() or 1.0))) ** 2
+        scale = np.maximum(scale, 1e-12 * (np.abs(alone).max() or 1.0))
+        far += (alone / scale) ** 2
+        near += (alone / np.hypot(scale, peaks)) ** 2
     marked = far > GROSS**2
+    lone = marked & ~np.roll(marked, 1) & ~np.roll(marked, -1)
+    marked = lone | (near > GROSS**2)
     return marked if marked.mean() < 0.1 else np.zeros(n, dtype=bool)
 
 

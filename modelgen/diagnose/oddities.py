@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from modelgen.diagnose.generic import Leftover
+from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array, Series
 
 MAINS = (50.0, 60.0)
@@ -18,6 +19,8 @@ LOUD = 25.0
 """|e|² of a whitened sample that is 5 standard deviations off."""
 FEW = 4
 """Outliers at the top of a record that make a plateau."""
+MANY, DENSE = 12, 4.0
+"""Samples that make a plateau without any outlier, and how many times those in the band below it."""
 LONE = 3
 """Frequencies too few to carry a claim."""
 BROAD = 0.2
@@ -26,25 +29,51 @@ TOP = 0.01
 """Share of a record that is its top."""
 
 
-def saturation(series: Sequence[Series], white: Sequence[Array], marks: Sequence[Array]) -> Leftover | None:
-    """A plateau: outliers of one sign at one end of a record, all at one value, which the model exceeds."""
-    for s, e, m in zip(series, white, marks, strict=True):
-        at = np.flatnonzero(m)
-        x = s.data[0]
+def saturation(
+    series: Sequence[Series], white: Sequence[Array], marks: Sequence[Array]
+) -> tuple[Leftover | None, list[Array]]:
+    """A plateau at one end of a record, which the model has not; and the samples on it beside those of
+    `marks`."""
+    for k, (s, e, m) in enumerate(zip(series, white, marks, strict=True)):
         for side in (1.0, -1.0):
-            end = at[side * x[at] >= np.quantile(side * x, 1 - TOP)]
-            beyond = np.flatnonzero(side * e[0] > 0)  # e = model − data over noise
-            end = np.intersect1d(end, beyond)
-            if len(end) < FEW:
+            end = _cut(s, e[0], m, side)
+            end = _plateau(s, e[0], side) if end is None else end
+            if end is None:
                 continue
-            spread = float(np.ptp(x[end])) * float(np.mean(np.abs(s.whitener.weight[0][end])))
-            if spread < np.sqrt(LOUD) < 0.7 * float(np.max(side * e[0][end])):
-                level = float(np.median(x[end]))
-                says = (
-                    f"the record does not go beyond {level:.4g} {s.unit}: its sensor or amplifier saturates"
-                )
-                return Leftover(float(np.sum(e[0][end] ** 2)), float(np.sum(e[0][end] ** 2)), "force", says)
-    return None
+            level = float(np.median(s.data[0][end]))
+            gain = float(np.sum(e[0][end] ** 2))
+            says = f"the record does not go beyond {level:.4g} {s.unit}: its sensor or amplifier saturates"
+            more = [x.copy() for x in marks]
+            more[k][end] = True
+            return Leftover(gain, gain, "force", says), more
+    return None, list(marks)
+
+
+def _cut(s: Series, e: Array, marks: Array, side: float) -> Array | None:
+    """Outliers of one sign at one end of a record, all at one value, which the model exceeds."""
+    at, x = np.flatnonzero(marks), s.data[0]
+    end = at[side * x[at] >= np.quantile(side * x, 1 - TOP)]
+    end = np.intersect1d(end, np.flatnonzero(side * e > 0))  # e = model − data over noise
+    if len(end) < FEW:
+        return None
+    spread = float(np.ptp(x[end])) * float(np.mean(np.abs(s.whitener.weight[0][end])))
+    return end if spread < np.sqrt(LOUD) < 0.7 * float(np.max(side * e[end])) else None
+
+
+def _plateau(s: Series, e: Array, side: float) -> Array | None:
+    """Many samples at the end of a record and few before it, where the model goes on.
+
+    A smooth top has in the band below it 0.4 times as many as in the last one.
+    """
+    x = side * s.data[0]
+    sigma = local_scatter(s.data[0])
+    steps = np.diff(np.unique(x))
+    band = max(6 * sigma, 3 * float(np.min(steps, initial=np.inf)) if steps.size else 0.0)
+    end = np.flatnonzero(x > x.max() - band)
+    below = np.count_nonzero(x > x.max() - 2 * band) - len(end)
+    model = side * e[end] / np.maximum(np.abs(s.whitener.weight[0][end]), 1e-300) + x[end]
+    goes_on = float(np.std(model)) > 5 * max(float(np.std(x[end])), sigma)
+    return end if len(end) >= MANY and len(end) > DENSE * below and goes_on else None
 
 
 def mains(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftover | None, list[Array]]:

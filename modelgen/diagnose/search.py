@@ -29,6 +29,8 @@ GROSS_STATED, GROSS_ESTIMATED = 3.0, 8.0
 noise."""
 WORTH = 0.9
 """Where models stay far from the data, an effect must take away a tenth of the misfit to be named."""
+IMPERFECT = 0.005
+"""Share of the evidence so far that a law of the right family leaves, seven percent off: no second effect."""
 SLACK = 1.5
 """A refit may gain this many times what the score promised at first order."""
 MOST = 3
@@ -104,7 +106,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
             judge, grown = _deserved(s, judge, beam, grown)
             tried |= {f.hypothesis.key: f for f in grown}
         winner = min([best, *grown], key=lambda f: f.bic)
-        if winner is not best and _gains(s, judge, best, winner):
+        if winner is not best and _gains(s, judge, base, best, winner):
             best = winner
         elif not _hidden(s, judge, best, winner, depth):
             break
@@ -142,6 +144,12 @@ def _concluded(
     return Outcome(judge, base, chosen, tuple(fits), blind)
 
 
+def claimless(s: Setting, outcome: Outcome) -> Outcome:
+    """The outcome if none of what was tried is claimed."""
+    o = outcome
+    return _concluded(s, o.judge, o.base, o.base, o.tried, o.blind)
+
+
 def _deserved(s: Setting, judge: Judge, parents: Sequence[Fit], fits: list[Fit]) -> tuple[Judge, list[Fit]]:
     """Take from the best of `fits` what errors of the motion give them beside the parent they grew from."""
     if judge.temper > 1.0 or not s.model.is_time_model or not motion_matters(s.series):
@@ -171,32 +179,37 @@ def _gross(s: Setting, white: Sequence[Array]) -> bool:
     return False
 
 
-def _gains(s: Setting, judge: Judge, old: Fit, new: Fit) -> bool:
+def _gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     """Whether the evidence for `new` is enough: under the common noise, and with each fit's own colour of
     noise.
 
     The second is the likelihood in which smooth misfit may be coloured noise; it guards against colours that
     the richer hypothesis has taken for itself. What errors of the motion alone would give must be gained
-    twice: replicas are made from a path that is smoothed already.
+    twice: replicas are made from a path that is smoothed already. A further effect must gain more than what a
+    law that is not quite right would leave.
     """
     alarm = ALARM * (len(new.ids) - len(old.ids))
     if judge.temper > 1.0:
         return old.bic - new.bic > alarm and new.chi2 < WORTH * old.chi2
     undeserved = judge.excess.get(new.hypothesis.key, 0.0) - judge.excess.get(old.hypothesis.key, 0.0)
-    return (
-        old.bic - new.bic > alarm + max(0.0, undeserved)
-        and _own_colour(s, judge, old) - _own_colour(s, judge, new) > alarm
-    )
+    if old.bic - new.bic < alarm + max(0.0, undeserved) + IMPERFECT * max(0.0, base.bic - old.bic):
+        return False
+    needed = 0.0 if old.ids and not s.model.is_time_model else alarm
+    return _own_colour(s, judge, old) - _own_colour(s, judge, new) > needed
 
 
 def _own_colour(s: Setting, judge: Judge, f: Fit) -> float:
-    """BIC of a fit under the colour of its own residual, in which lone samples count little."""
+    """BIC of a fit under the colour of its own residual, in which lone samples count little.
+
+    Colour many times as large as the independent noise is rare: −2 ln of its prior is twice its size.
+    """
     plain = tuple(replace(w, ar=None) for w in judge.whiteners)
     white = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(plain)]
     own = coloured(plain, white, s.colour)
     innovations = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(own)]
     orders = sum(0 if w.ar is None else len(w.ar) - 1 for w in own)
-    found = bic(innovations, judge.prior, f.parameters, orders, robust=True)
+    size = max(float(np.sqrt(np.mean(e[e != 0] ** 2))) if np.any(e) else 0.0 for e in white)
+    found = bic(innovations, judge.prior, f.parameters, orders, robust=True) + 2 * size
     if s.model.is_time_model:
         return found
     plain_bic, gain, _ = smooth_error(judge, f)
