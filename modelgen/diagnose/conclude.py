@@ -49,8 +49,8 @@ def conclude(
         worse = _worse(held)
         if worse > REFUTED:
             told = (
-                f"{', '.join(best.ids)} would explain the fit recordings, but predicts the hold-out worse than "
-                f"the model without (χ² greater by {worse:.0f}): not claimed"
+                f"{', '.join(best.ids)} would explain the fit recordings, but predicts the hold-out worse "
+                f"than the model without (χ² greater by {worse:.0f}): not claimed"
             )
             return conclude(setting, (*notes, told), marks, oddity, claimless(setting, outcome), out, begun)
     shown = traces(setting, outcome.base, best, marks, held, gate.scale)

@@ -69,8 +69,10 @@ def _plateau(s: Series, e: Array, side: float) -> Array | None:
     sigma = local_scatter(s.data[0])
     steps = np.diff(np.unique(x))
     band = max(6 * sigma, 3 * float(np.min(steps, initial=np.inf)) if steps.size else 0.0)
-    end = np.flatnonzero(x > x.max() - band)
-    below = np.count_nonzero(x > x.max() - 2 * band) - len(end)
+    middle = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(x, 3, mode="reflect"), 7), axis=1)
+    under = middle.max() - x  # of single spikes the top knows nothing
+    end = np.flatnonzero(np.abs(under) < band)
+    below = np.count_nonzero(np.abs(under - 1.5 * band) <= 0.5 * band)
     model = side * e[end] / np.maximum(np.abs(s.whitener.weight[0][end]), 1e-300) + x[end]
     goes_on = float(np.std(model)) > 5 * max(float(np.std(x[end])), sigma)
     return end if len(end) >= MANY and len(end) > DENSE * below and goes_on else None

@@ -194,7 +194,7 @@ def _gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     undeserved = judge.excess.get(new.hypothesis.key, 0.0) - judge.excess.get(old.hypothesis.key, 0.0)
     if old.bic - new.bic < alarm + max(0.0, undeserved) + IMPERFECT * max(0.0, base.bic - old.bic):
         return False
-    needed = 0.0 if old.ids and not s.model.is_time_model else alarm
+    needed = 0.0 if len(old.ids) == 1 and not s.model.is_time_model else alarm
     return _own_colour(s, judge, old) - _own_colour(s, judge, new) > needed
 
 
