@@ -55,13 +55,15 @@ def test_the_header_is_cpp_too(name: str) -> None:
 
 
 def test_two_builds_at_once_do_not_disturb_each_other(tmp_path: Path) -> None:
-    script = "import sys; from modelgen.cli import main; sys.exit(main(['build', '--out', sys.argv[1]]))"
+    names = ("electrodynamic_transducer", "kelvin_voigt", "complex_stiffness")
+    script = "import sys; from modelgen.cli import main; "
+    script += "sys.exit(main(['build', *sys.argv[2:], '--out', sys.argv[1]]))"
     env = {**os.environ, "MODELGEN_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(ROOT)}
     out = tmp_path / "generated"
-    command = [sys.executable, "-c", script, str(out)]
+    command = [sys.executable, "-c", script, str(out), *names]
     runs = [subprocess.Popen(command, env=env, stdout=subprocess.DEVNULL) for _ in range(2)]
     assert [run.wait(timeout=300) for run in runs] == [0, 0]
-    assert sorted(p.name for p in out.iterdir()) == sorted(p.name for p in (ROOT / "generated").iterdir())
+    assert sorted(p.name for p in out.iterdir()) == sorted(f"{n}.{end}" for n in names for end in "ch")
     for path in out.iterdir():
         assert path.read_bytes() == (ROOT / "generated" / path.name).read_bytes()
     assert not [
