@@ -101,7 +101,8 @@ static double solve_theta_pk(const double A_z, const double K_im, const double K
     double before = hi - lo;
     for (int k = -2; k < 200; ++k) {
         const double at = k == -2 ? lo : k == -1 ? hi : x;
-        double residual, slope;
+        double residual;
+        double slope;
         {
             const double theta_pk = at;
             const double t11 = rho * (A_z * h_D) * (1.0 + r_m);

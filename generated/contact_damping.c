@@ -11,11 +11,11 @@
 
 static inline double mg_max(const double a, const double b) { return a > b ? a : b; }
 static inline double mg_gamma(const double x) { return tgamma(x); }
-/* psi(x) of x > 0: recurrence up to x >= 10, then the asymptotic series. */
+/* psi(x) of x > 0: recurrence up to x >= 10, then the asymptotic series; NaN elsewhere. */
 static inline double mg_digamma(double x)
 {
-    double sum = 0.0;
-    while (x < 10.0) {
+    double sum = x > 0.0 ? 0.0 : NAN;
+    for (int k = 0; k < 10 && x < 10.0; ++k) {
         sum -= 1.0 / x;
         x += 1.0;
     }
@@ -74,7 +74,8 @@ static inline double mg_log(const double x)
     mg_word w;
     w.value = tiny ? x * 18014398509481984.0 : x;
     const uint64_t shifted = w.bits + (0x3FF0000000000000U - 0x3FE6A09E667F3BCDU);
-    mg_word e, m;
+    mg_word e;
+    mg_word m;
     e.bits = (shifted >> 52U) | 0x4330000000000000U;
     m.bits = (shifted & 0x000FFFFFFFFFFFFFU) + 0x3FE6A09E667F3BCDU;
     const double k = e.value - (tiny ? 4503599627371573.0 : 4503599627371519.0);
@@ -122,7 +123,8 @@ static double solve_psi(const double D_eq, double lo, double hi)
     double before = hi - lo;
     for (int k = -2; k < 200; ++k) {
         const double at = k == -2 ? lo : k == -1 ? hi : x;
-        double residual, slope;
+        double residual;
+        double slope;
         {
             const double psi = at;
             const double t4 = 3.0 - D_eq;
@@ -190,7 +192,8 @@ static double solve_ln_a_l(const double D_eq, const double E, const double F, co
     double before = hi - lo;
     for (int k = -2; k < 200; ++k) {
         const double at = k == -2 ? lo : k == -1 ? hi : x;
-        double residual, slope;
+        double residual;
+        double slope;
         {
             const double ln_a_l = at;
             const double t14 = 2.5 - D_eq;

@@ -55,7 +55,8 @@ static inline double mg_log(const double x)
     mg_word w;
     w.value = tiny ? x * 18014398509481984.0 : x;
     const uint64_t shifted = w.bits + (0x3FF0000000000000U - 0x3FE6A09E667F3BCDU);
-    mg_word e, m;
+    mg_word e;
+    mg_word m;
     e.bits = (shifted >> 52U) | 0x4330000000000000U;
     m.bits = (shifted & 0x000FFFFFFFFFFFFFU) + 0x3FE6A09E667F3BCDU;
     const double k = e.value - (tiny ? 4503599627371573.0 : 4503599627371519.0);
