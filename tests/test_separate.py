@@ -14,8 +14,9 @@ from modelgen.diagnose.diagnosis import prepare, set_up
 from modelgen.diagnose.hypothesis import Hypothesis, make_hypotheses
 from modelgen.diagnose.menu import Plan, plans
 from modelgen.diagnose.refit import Fit, Judge
-from modelgen.diagnose.search import Outcome, Setting, white_judge
+from modelgen.diagnose.search import white_judge
 from modelgen.diagnose.separate import propose, separate
+from modelgen.diagnose.setting import Outcome, Setting
 from modelgen.effects import CATALOGUE, Effect
 from modelgen.fit.series import make_series
 from modelgen.language import Model

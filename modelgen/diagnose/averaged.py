@@ -13,7 +13,7 @@ import numpy as np
 from modelgen.diagnose.evidence import effective
 from modelgen.diagnose.ranking import weights
 from modelgen.diagnose.refit import Fit, Judge
-from modelgen.diagnose.search import Outcome
+from modelgen.diagnose.setting import Outcome
 from modelgen.fit.result import Estimate, estimates
 from modelgen.fit.uncertainty import assess
 

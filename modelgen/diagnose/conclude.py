@@ -18,7 +18,8 @@ from modelgen.diagnose.holdout import Held, look_at_holdout
 from modelgen.diagnose.locate import locate
 from modelgen.diagnose.ranking import Standing, standings, weights
 from modelgen.diagnose.refit import Fit
-from modelgen.diagnose.search import Outcome, Setting, claimless
+from modelgen.diagnose.search import claimless
+from modelgen.diagnose.setting import Outcome, Setting
 from modelgen.diagnose.show import port_curve, port_sensitivities, traces
 from modelgen.diagnose.verdict import Finding, Trial, Verdict
 from modelgen.fit.result import Estimate

@@ -16,7 +16,8 @@ from modelgen.diagnose.noise import masked, outliers_of
 from modelgen.diagnose.oddities import mains, saturation
 from modelgen.diagnose.refit import Fit, Judge, base_starts
 from modelgen.diagnose.scales import port_scale, record_scales
-from modelgen.diagnose.search import Outcome, Progress, Setting, search, white_judge
+from modelgen.diagnose.search import search, white_judge
+from modelgen.diagnose.setting import Outcome, Progress, Setting
 from modelgen.diagnose.thin import thin
 from modelgen.diagnose.verdict import Verdict
 from modelgen.effects import Effect

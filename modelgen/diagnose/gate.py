@@ -10,7 +10,8 @@ import numpy as np
 
 from modelgen.diagnose.generic import Leftover, leftover
 from modelgen.diagnose.oddities import lone
-from modelgen.diagnose.search import GROSS_ESTIMATED, Outcome, Setting
+from modelgen.diagnose.recolour import GROSS_ESTIMATED
+from modelgen.diagnose.setting import Outcome, Setting
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
 

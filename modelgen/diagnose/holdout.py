@@ -8,7 +8,7 @@ import numpy as np
 
 from modelgen.diagnose.noise import outliers_of
 from modelgen.diagnose.refit import Fit
-from modelgen.diagnose.search import Setting
+from modelgen.diagnose.setting import Setting
 from modelgen.diagnose.verdict import Rms
 from modelgen.errors import InputError
 from modelgen.fit import GaussNewton

@@ -9,7 +9,7 @@ import numpy as np
 
 from modelgen.diagnose.hypothesis import Addition
 from modelgen.diagnose.refit import Fit
-from modelgen.diagnose.search import CLOSE, Outcome
+from modelgen.diagnose.setting import CLOSE, Outcome
 
 TEMPER = 1.3
 """BIC differences are divided by this before they become odds: laws are never exactly those of the

@@ -15,7 +15,7 @@ from modelgen.codegen.lower import primary_outputs
 from modelgen.diagnose.evidence import effective
 from modelgen.diagnose.menu import Plan, plans
 from modelgen.diagnose.refit import Fit, Judge
-from modelgen.diagnose.search import Outcome, Setting
+from modelgen.diagnose.setting import Outcome, Setting
 from modelgen.errors import InputError
 from modelgen.fit import GaussNewton
 from modelgen.fit.experiment import Experiment, Layout

@@ -9,7 +9,7 @@ import numpy as np
 
 from modelgen.diagnose.holdout import Held
 from modelgen.diagnose.refit import Fit
-from modelgen.diagnose.search import Outcome, Setting
+from modelgen.diagnose.setting import Outcome, Setting
 from modelgen.diagnose.verdict import PortCurve
 from modelgen.fit.series import Array, Series
 from modelgen.fit.trace import Trace, make_trace

@@ -1,0 +1,88 @@
+"""The colour of the noise, taken from the best hypothesis so far: by it all are judged again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from modelgen.diagnose.evidence import bic
+from modelgen.diagnose.noise import correlation_length, local_level
+from modelgen.diagnose.refit import Fit, Judge, refine
+from modelgen.diagnose.setting import Setting
+from modelgen.diagnose.smooth_error import smooth_error
+from modelgen.fit.colour import coloured
+from modelgen.fit.series import Array
+
+GROSS_STATED, GROSS_ESTIMATED = 3.0, 8.0
+"""A residual this many times the noise (stated; scatter between neighbours) is a wrong model's, not coloured
+noise."""
+
+
+def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judge, Fit, list[Fit]]:
+    """Judge again with the colour of the best hypothesis' residual, where that has one."""
+    best = min([base, *fits], key=lambda f: f.bic)
+    plain = tuple(replace(x.whitener, ar=None) for x in s.series)
+    white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
+    if gross(s, white):
+        new = Judge(plain, judge.prior, correlation_length(white), judge.excess)
+        return new, new.look(base.hypothesis, base.theta), [new.look(f.hypothesis, f.theta) for f in fits]
+    filters = coloured(plain, white, s.colour)
+    uneven = [
+        local_level(w.colour(e)) if s.model.is_time_model else np.ones(e.shape[1])
+        for w, e in zip(filters, white, strict=True)
+    ]
+    if any(np.any(u != 1) for u in uneven):
+        plain = tuple(w.scaled(u) for w, u in zip(plain, uneven, strict=True))
+        white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
+        filters = coloured(plain, white, s.colour)
+    if all(w.ar is None for w in filters) and all(np.all(u == 1) for u in uneven):
+        return judge, base, fits
+    return judged_anew(s, replace(judge, whiteners=filters), base, fits)
+
+
+def judged_anew(s: Setting, new: Judge, base: Fit, fits: Sequence[Fit]) -> tuple[Judge, Fit, list[Fit]]:
+    """The best of `fits` and the base fitted again under a new judge, the rest looked at."""
+    rough = sorted((new.look(f.hypothesis, f.theta) for f in fits), key=lambda f: f.bic)
+    fitted = refine(new, rough[: s.refits]) + rough[s.refits :]
+    return new, refine(new, [base])[0], fitted
+
+
+def recolour_pairs(
+    s: Setting, judge: Judge, base: Fit, grown: list[Fit], best: Fit
+) -> tuple[Judge, Fit, list[Fit], Fit]:
+    new, newbase, fits = recolour(s, judge, base, [*grown, best])
+    return (
+        new,
+        newbase,
+        fits[:-1] if new is judge else [f for f in fits if f.hypothesis is not best.hypothesis],
+        (best if new is judge else next(f for f in fits if f.hypothesis is best.hypothesis)),
+    )
+
+
+def own_colour(s: Setting, judge: Judge, f: Fit) -> float:
+    """BIC of a fit under the colour of its own residual, in which lone samples count little.
+
+    Colour many times as large as the independent noise is rare: −2 ln of its prior is twice its size.
+    """
+    plain = tuple(replace(w, ar=None) for w in judge.whiteners)
+    white = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(plain)]
+    own = coloured(plain, white, s.colour)
+    innovations = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(own)]
+    orders = sum(0 if w.ar is None else len(w.ar) - 1 for w in own)
+    size = max(float(np.sqrt(np.mean(e[e != 0] ** 2))) if np.any(e) else 0.0 for e in white)
+    found = bic(innovations, judge.prior, f.parameters, orders, robust=True) + 2 * size
+    if s.model.is_time_model:
+        return found
+    plain_bic, gain, _ = smooth_error(judge, f)
+    return plain_bic - max(gain, bic(white, judge.prior, f.parameters, robust=True) - found)
+
+
+def gross(s: Setting, white: Sequence[Array]) -> bool:
+    """Whether the best hypothesis leaves far more than noise."""
+    for x, e in zip(s.series, white, strict=True):
+        used = e[e != 0]
+        if used.size and float(np.sqrt(np.mean(used**2))) > (GROSS_STATED if x.stated else GROSS_ESTIMATED):
+            return True
+    return False

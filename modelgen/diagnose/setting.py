@@ -1,0 +1,51 @@
+"""What a search works on, and what it comes back with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from modelgen.diagnose.hypothesis import Addition
+from modelgen.diagnose.refit import Fit, Judge
+from modelgen.fit.series import Series
+from modelgen.language import Model
+from modelgen.recordings import Case
+
+ALARM = 10.0
+"""ΔBIC that an effect must gain to be claimed: with thirty candidates a false alarm in less than one of a
+hundred."""
+CLOSE = 10.0
+"""ΔBIC within which the data do not exclude a hypothesis."""
+COLOUR_TIME, COLOUR_SWEEP = 12, 3
+"""Greatest order of a noise's colour along time, and along a sweep's frequencies."""
+
+Progress = Callable[[float, str], None] | None
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What a search works on."""
+
+    model: Model
+    case: Case
+    series: tuple[Series, ...]
+    additions: tuple[Addition, ...]
+    beam: int = 3
+    refits: int = 12
+    pairs: int = 5
+
+    @property
+    def colour(self) -> int:
+        return COLOUR_TIME if self.model.is_time_model else COLOUR_SWEEP
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What a search found, all under the judge at its end: the base, the chosen fit, and all that were
+    tried."""
+
+    judge: Judge
+    base: Fit
+    best: Fit
+    tried: tuple[Fit, ...]
+    blind: tuple[Addition, ...]
