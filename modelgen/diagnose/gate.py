@@ -22,7 +22,7 @@ REST = 0.1
 quite. With more it is another thing that they imitate."""
 EXPLAINED = 0.85
 """Share of the misfit that named effects must explain to be named although far more than noise is left."""
-PART = 0.3
+PART = 0.5
 """The same where even the best hypothesis stays far from the data: real records hold many effects, none
 exactly."""
 BETTER = 0.9

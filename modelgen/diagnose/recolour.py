@@ -11,7 +11,7 @@ from modelgen.diagnose.evidence import bic
 from modelgen.diagnose.noise import correlation_length, local_level
 from modelgen.diagnose.refit import Fit, Judge, refine
 from modelgen.diagnose.setting import Setting
-from modelgen.diagnose.smooth_error import smooth_error
+from modelgen.diagnose.smooth_error import SIZES, smooth_error
 from modelgen.fit.colour import coloured
 from modelgen.fit.series import Array
 
@@ -25,7 +25,7 @@ def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judg
     best = min([base, *fits], key=lambda f: f.bic)
     plain = tuple(replace(x.whitener, ar=None) for x in s.series)
     white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
-    if gross(s, white):
+    if gross(s, white) and not _smooth(s, judge, best, white):
         new = Judge(plain, judge.prior, correlation_length(white), judge.excess)
         return new, new.look(base.hypothesis, base.theta), [new.look(f.hypothesis, f.theta) for f in fits]
     filters = coloured(plain, white, s.colour)
@@ -59,6 +59,12 @@ def recolour_pairs(
         fits[:-1] if new is judge else [f for f in fits if f.hypothesis is not best.hypothesis],
         (best if new is judge else next(f for f in fits if f.hypothesis is best.hypothesis)),
     )
+
+
+def _smooth(s: Setting, judge: Judge, best: Fit, white: Sequence[Array]) -> bool:
+    """Whether what is left may be a smooth error of the instrument, no larger than those have been seen."""
+    largest = max(float(np.sqrt(np.mean(e[e != 0] ** 2))) for e in white if np.any(e))
+    return not s.model.is_time_model and largest < SIZES[-1] and smooth_error(judge, best)[2] is not None
 
 
 def own_colour(s: Setting, judge: Judge, f: Fit) -> float:

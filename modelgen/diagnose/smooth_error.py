@@ -19,6 +19,8 @@ LENGTHS = (0.15, 0.3, 0.6, 1.2)
 """Correlation lengths in ln f that are tried."""
 SIZES = (0.35, 0.7, 1.4, 2.8, 5.6)
 """Sizes in standard deviations of the independent noise."""
+RARE = 4.0
+"""−2 ln of the prior of an error, by its size."""
 SURE = 20.0
 """ΔBIC that the process must gain to be taken into the noise: forty of them are tried."""
 
@@ -35,8 +37,7 @@ class Smooth:
 def smooth_error(judge: Judge, fit: Fit) -> tuple[float, float, Smooth | None]:
     """(BIC with white noise, what the best process gains, that process) of sweeps for which none is stated.
 
-    White or not, the fit's parameters follow at first order. Errors of many times the noise are rare: −2 ln
-    of their prior is twice their size.
+    White or not, the fit's parameters follow at first order. Errors of many times the noise are rare.
     """
     e = fit.hypothesis.experiment
     if e.model.axis is None or any(s.measure == "real" or s.whitener.root is not None for s in e.series):
@@ -58,7 +59,7 @@ def smooth_error(judge: Judge, fit: Fit) -> tuple[float, float, Smooth | None]:
         for length in LENGTHS:
             B = size[:, None] * _modes(lnf, channels, length, shared)
             for rms, d in _deviances(r, q, B, n):
-                gain = none - d - 2 * float(np.log(n)) - 2 * rms
+                gain = none - d - 2 * float(np.log(n)) - RARE * rms
                 if gain > max(gained, SURE):
                     gained, found = gain, Smooth(rms, length, shared)
     return none + fit.parameters * float(np.log(n)) - 2 * fit.hypothesis.log_common, gained, found
