@@ -177,7 +177,8 @@ def reached() -> float:
     """Share of a thousand starts that end at the best value."""
     p = problem()
     assert p.compiled is not None
-    ends = p.compiled.descend(recording().sets, (p.lower, p.upper, p.width), (500, 1e-13, 0.1)).value
+    box = p.lower, p.upper, p.width
+    ends = p.compiled.descend(recording().sets, box, (500, 1e-13, 0.1), beyond=True).value
     return float(np.mean(ends < ends.min() * (1 + 1e-6)))
 
 

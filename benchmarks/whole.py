@@ -51,7 +51,7 @@ def two_cores() -> dict[str, float]:
     sets, box = np.tile(fits.recording().sets, (20, 1)), (p.lower, p.upper, p.width)
     tasks: dict[str, Callable[[int], Any]] = {
         "batch objective": lambda n: compiled.values(sets, threads=n),
-        "starts": lambda n: compiled.descend(fits.recording().sets, box, (500, 1e-13, 0.1), threads=n),
+        "starts": lambda n: compiled.descend(fits.recording().sets, box, (500, 1e-13, 0.1), n, True),
     }
     found = {}
     for name, task in tasks.items():

@@ -32,9 +32,13 @@ class LM(ctypes.Structure):
     _fields_ = (
         *((n, _SIZE) for n in ("size", "max_iter", "iteration", "evaluations")),
         *((n, _POINTER) for n in ("lower", "upper", "width")),
-        *((n, _DOUBLE) for n in ("tol", "damping", "f", "mu", "nu", "floor", "predicted")),
+        *((n, _DOUBLE) for n in ("tol", "damping")),
+        *((n, _INT) for n in ("beyond", "leg", "arriving", "kept_status")),
+        ("until", _SIZE),
+        *((n, _DOUBLE) for n in ("f", "mu", "nu", "floor", "predicted", "kept_f")),
         *((n, _POINTER) for n in (
-            "theta", "trial", "g", "A", "g_new", "A_new", "D", "step", "way", "low", "high", "M", "held",
+            "theta", "trial", "g", "A", "g_new", "A_new", "D", "step", "way", "low", "high", "kept", "M",
+            "held",
         )),
     )  # fmt: skip
 
@@ -92,19 +96,20 @@ class Descent:
     """One Levenberg–Marquardt run, and the memory that it works in.
 
     Ask `propose` for a point until the status is no longer RUNNING; evaluate `trial` and tell `judge` the
-    value, gradient Jᵀr and JᵀJ there. `theta` is the best point so far, with `value`, `gradient`, `matrix`.
+    value, gradient Jᵀr and JᵀJ there. `theta` is the best point so far, with `value`. beyond: see fit.h.j2.
     """
 
     def __init__(
-        self, lower: Array, upper: Array, width: Array, max_iter: int, tol: float, damping: float
-    ) -> None:
+        self, lower: Array, upper: Array, width: Array, max_iter: int, tol: float, damping: float,
+        beyond: bool = False,
+    ) -> None:  # fmt: skip
         size = len(lower)
         self.c = library()
-        self.theta, self._doubles = np.zeros(size), np.zeros(3 * size * size + 10 * size)
+        self.theta, self._doubles = np.zeros(size), np.zeros(3 * size * size + 11 * size)
         self._ints = np.zeros(2 * size, dtype=np.intc)
         self._box = tuple(np.array(a, dtype=float) for a in (lower, upper, width))
         self.s = LM(
-            max_iter=max_iter, tol=tol, damping=damping,
+            max_iter=max_iter, tol=tol, damping=damping, beyond=int(beyond),
             **{n: address(a) for n, a in zip(("lower", "upper", "width"), self._box, strict=True)},
         )  # fmt: skip
         self.at = ctypes.addressof(self.s)

@@ -112,18 +112,18 @@ class Compiled:
 
     def descend(
         self, begins: Array, box: tuple[Array, Array, Array], settings: tuple[int, float, float],
-        threads: int | None = None,
+        threads: int | None = None, beyond: bool = False,
     ) -> Ends:  # fmt: skip
         """Levenberg–Marquardt from each row of `begins` (m, p).
 
-        box: lower, upper, width (p,); settings: max_iter, tol, damping.
+        box: lower, upper, width (p,); settings: max_iter, tol, damping; beyond: see `GaussNewton`.
         """
         m, theta = len(begins), np.array(begins, dtype=float)
         value, counts = np.empty(m), np.zeros((3, m), dtype=int)
         history = np.zeros(settings[0])
 
         def some(part: slice) -> None:
-            run, (table, keep) = Descent(*box, *settings), self.tables()
+            run, (table, keep) = Descent(*box, *settings, beyond), self.tables()
             trace = history if m == 1 else np.zeros(settings[0])
             for k in range(part.start, part.stop):
                 counts[0, k] = run.run(theta[k], table, trace)

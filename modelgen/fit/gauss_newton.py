@@ -25,11 +25,16 @@ class GaussNewton(Method):
     bound with the gradient pushing out is frozen; one that a step would take across is put on the bound and
     the others are solved again. tol: relative decrease of r·r at which it stops. damping: the first one, in
     units of the scaled normal matrix (whose diagonal is 1).
+
+    beyond: a run that a wall holds goes on from there as if there were none (100 iterations at most), comes
+    back to the nearest point of the box, descends once more within it, and keeps the better of both ends: the
+    way round a valley that a wall has cut off from its bottom. Problems with constraints keep to their walls.
     """
 
     max_iter: int = 500
     tol: float = 1e-13
     damping: float = 0.1
+    beyond: bool = False
 
     def __post_init__(self) -> None:
         at_least(1, max_iter=self.max_iter)
@@ -54,7 +59,8 @@ class GaussNewton(Method):
         """Where the runs from each of `starts` (m, p) end, all in C; `problem` is compiled."""
         assert problem.compiled is not None
         box = (problem.lower, problem.upper, problem.width)
-        return problem.compiled.descend(starts, box, (self.max_iter, self.tol, self.damping))
+        settings = self.max_iter, self.tol, self.damping
+        return problem.compiled.descend(starts, box, settings, beyond=self.beyond)
 
     def _descend(
         self, problem: Problem, evaluate: Callable[[Vector], Normal], theta: Vector, watch: Watch
@@ -62,7 +68,8 @@ class GaussNewton(Method):
         """From θ to the minimum within the bounds of what `evaluate` gives, and why it ended there."""
         from modelgen.codegen.fitters import RUNNING, Descent
 
-        run = Descent(problem.lower, problem.upper, problem.width, self.max_iter, self.tol, self.damping)
+        settings = self.max_iter, self.tol, self.damping, self.beyond and not problem.constraints
+        run = Descent(problem.lower, problem.upper, problem.width, *settings)
         status = run.begin(theta, *evaluate(theta))
         while status == RUNNING:
             status = run.propose()

@@ -81,7 +81,8 @@ class Watch:
         """r·r, Jᵀr, JᵀJ at θ."""
         normal = self.problem.normal_equations(theta)
         self.evaluations += 1
-        self.keep(theta, self.merit(theta, normal[0]))
+        if np.all((self.problem.lower <= theta) & (theta <= self.problem.upper)):  # else a look beyond
+            self.keep(theta, self.merit(theta, normal[0]))
         return normal
 
     def absorb(self, outcome: Outcome) -> None:

@@ -30,7 +30,7 @@ class MultiStart(Method):
     `reached` the best value, and where each ended (population). farm: where the starts run, if not here.
     """
 
-    inner: Method = field(default_factory=GaussNewton)
+    inner: Method = field(default_factory=lambda: GaussNewton(beyond=True))
     starts: int = 20
     seed: int = 0
     farm: Farm | None = None
