@@ -140,6 +140,14 @@ def test_a_motion_that_stands_still(folder: Path, refused: Run) -> None:
         assert "'z' is 2 throughout, wanted a motion" in refused(command, "case.toml")
 
 
+def test_an_output_that_never_changes(folder: Path, refused: Run) -> None:
+    rows = "".join(f"{20 * 1.1**k},8,0\n" for k in range(60))
+    (folder / "flat.csv").write_text("f [Hz],Re Z [ohm],Im Z [ohm]\n" + rows)
+    (folder / "case.toml").write_text(CASE.replace("sweep.csv", "flat.csv"))
+    for command in ("fit", "diagnose"):
+        assert "'Z' is 8+0j throughout and its noise is not stated" in refused(command, "case.toml")
+
+
 def test_other_separators_and_decimal_commas_read_the_same(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from modelgen.diagnose.generic import Leftover, leftover
 from modelgen.diagnose.oddities import lone
 from modelgen.diagnose.recolour import GROSS_ESTIMATED
+from modelgen.diagnose.refit import Fit
 from modelgen.diagnose.setting import Outcome, Setting
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
@@ -56,77 +57,82 @@ def judge_adequacy(
 ) -> Gate:
     """Gate on the residual of the best hypothesis, and on what the outliers have in common (`oddity`)."""
     best = outcome.best
-    plain = [
-        replace(s.whitener, ar=None).apply(best.hypothesis.experiment.raw(best.theta, k))
-        for k, s in enumerate(setting.series)
-    ]
-    base = [
-        replace(s.whitener, ar=None).apply(outcome.base.hypothesis.experiment.raw(outcome.base.theta, k))
-        for k, s in enumerate(setting.series)
-    ]
-    after, before = _mean_square(plain), _mean_square(base)
-    scatter = (
-        float(np.mean([local_scatter(x) ** 2 for e in plain for x in e])) if plain[0].shape[1] >= 8 else 1.0
-    )
-    left = leftover(setting.model, outcome.judge, best, sensitivities)
+    plain = _plain(setting, best)
+    after, before = _mean_square(plain), _mean_square(_plain(setting, outcome.base))
+    many = plain[0].shape[1] >= 8
+    scatter = float(np.mean([local_scatter(x) ** 2 for e in plain for x in e])) if many else 1.0
     stated = all(s.stated for s in setting.series)
-    smooth = any(
-        w.root is not None and x.whitener.root is None
-        for x, w in zip(setting.series, outcome.judge.whiteners, strict=True)
-    )
-    limit = GROSS if stated else GROSS_ESTIMATED
-    gross = not smooth and np.sqrt(after) > limit and plain[0].shape[1] >= 8
-    structured = left.gain > LEFT
-    rival = (
-        leftover(setting.model, outcome.judge, outcome.base, sensitivities)
-        if best.hypothesis.added and not setting.model.is_time_model
-        else left
-    )
-    far = structured or gross or outcome.judge.temper > 1.0
+    gross = many and not _smooth(setting, outcome) and np.sqrt(after) > (GROSS if stated else GROSS_ESTIMATED)
+    left = leftover(setting.model, outcome.judge, best, sensitivities)
+    far = left.gain > LEFT or gross or outcome.judge.temper > 1.0
     floor = _floor(after, scatter, sum(e.size for e in plain), stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
-    gained = outcome.base.bic - best.bic
-    unknown = (structured and left.gain > REST * gained) or (gross and explained < EXPLAINED)
-    if outcome.judge.temper > 1.0:
-        unknown = not best.hypothesis.added or explained < PART
-    if (
-        outcome.judge.temper == 1.0
-        and best.hypothesis.added
-        and rival.gain > gained + LEFT
-        and gained < BETTER * rival.gain
-    ):
-        unknown, left, structured = True, rival, True  # what no catalogue holds fits better, and by far
-    line = _line(outcome) if not (unknown or setting.model.is_time_model) else None
-    if line is not None:
-        unknown, left, structured = True, line, True
+    unknown = _unexplained(outcome, left, gross, explained)
+    other = None if unknown else _imitated(setting, outcome, sensitivities) or _line(outcome)
     notes: tuple[str, ...] = ()
-    if oddity is not None and not unknown:
+    if other is None and oddity is not None and not unknown:
         if best.hypothesis.added:
-            notes += (oddity.says,)
+            notes = (oddity.says,)
         else:
-            unknown, left, structured = True, oddity, True
-    if far and not unknown:
-        notes += (
-            f"the named effects explain {explained:.0%} of the misfit; still left is "
-            f"{np.sqrt(after / floor):.1f} times the noise: {left.says or 'not noise'}",
-        )
+            other = oddity
+    if other is not None:
+        unknown, left = True, other
+    structured = other is not None or left.gain > LEFT
+    notes += _far_notes(outcome, unknown, left, explained, np.sqrt(after / floor)) if far else ()
     probability = float(1 / (1 + np.exp(-min(left.gain, 60.0) / 2 + 5.0))) if structured else 0.9
-    return Gate(
-        unknown,
-        left,
-        probability,
-        floor,
-        float(np.sqrt(floor)),
-        _noise_words(setting, outcome, after, stated),
-        notes,
-    )
+    words = _noise_words(setting, outcome, after, stated)
+    return Gate(unknown, left, probability, floor, float(np.sqrt(floor)), words, notes)
+
+
+def _plain(setting: Setting, fit: Fit) -> list[Array]:
+    """Residuals of a fit over the noise, colour left in."""
+    e = fit.hypothesis.experiment
+    return [replace(s.whitener, ar=None).apply(e.raw(fit.theta, k)) for k, s in enumerate(setting.series)]
+
+
+def _smooth(setting: Setting, outcome: Outcome) -> bool:
+    """Whether a smooth error that nobody stated is counted as noise."""
+    pairs = zip(setting.series, outcome.judge.whiteners, strict=True)
+    return any(w.root is not None and s.whitener.root is None for s, w in pairs)
+
+
+def _unexplained(outcome: Outcome, left: Leftover, gross: bool, explained: float) -> bool:
+    """Whether what is left after the best hypothesis is physics that it doesn't name."""
+    if outcome.judge.temper > 1.0:
+        return not outcome.best.hypothesis.added or explained < PART
+    gained = outcome.base.bic - outcome.best.bic
+    return (left.gain > LEFT and left.gain > REST * gained) or (gross and explained < EXPLAINED)
+
+
+def _imitated(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array]) -> Leftover | None:
+    """What no catalogue holds but fits sweeps better than the named effects do, and by far."""
+    if setting.model.is_time_model or outcome.judge.temper > 1.0 or not outcome.best.hypothesis.added:
+        return None
+    rival = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
+    gained = outcome.base.bic - outcome.best.bic
+    return rival if rival.gain > gained + LEFT and gained < BETTER * rival.gain else None
+
+
+def _far_notes(
+    outcome: Outcome, unknown: bool, left: Leftover, explained: float, rest: float
+) -> tuple[str, ...]:
+    """How far the rest is from noise, and what the named effects have explained."""
+    if not unknown:
+        return (
+            f"the named effects explain {explained:.0%} of the misfit; still left is {rest:.1f} times the "
+            f"noise: {left.says or 'not noise'}",
+        )
+    if outcome.judge.temper == 1.0 or not outcome.best.ids:
+        return ()
+    names = " and ".join(outcome.best.ids)
+    return (f"the best that the catalogue has, {names}, explains {explained:.0%} of the misfit",)
 
 
 def _line(outcome: Outcome) -> Leftover | None:
     """What is claimed from sweeps, when it stands on a few frequencies alone."""
     best = outcome.best
     e = best.hypothesis.experiment
-    if not best.hypothesis.added or any(s.measure == "real" for s in e.series):
+    if e.model.is_time_model or not best.hypothesis.added or any(s.measure == "real" for s in e.series):
         return None
     f = [s.inputs[e.model.axis] for s in e.series]
     return lone(f, outcome.base.white, best.white, best.hypothesis.added[0].port.name)

@@ -138,7 +138,8 @@ def signature_of(model: Model) -> Signature:
 def make_series(model: Model, case: Case, recording: Recording) -> Series:
     """Complete one recording: derived inputs, channels, and the noise that is stated (or estimated) for it.
 
-    Raises InputError when the recording holds none of the model's fitted outputs, or a motion of nothing.
+    Raises InputError when the recording holds none of the model's fitted outputs, a motion of nothing, or an
+    output that never changes and of which no noise is stated.
     """
     from modelgen.codegen.inputs import complete_inputs
     from modelgen.codegen.lower import primary_outputs
@@ -165,6 +166,11 @@ def make_series(model: Model, case: Case, recording: Recording) -> Series:
         data, measure = np.stack([recording.outputs[o] for o in found]), "real"
         rows = tuple(outputs.index(o) for o in found)
     weight, stated = _weight(case, recording, found, kind, y)
+    if not stated and data.shape[1] > 1 and not np.any(np.ptp(data, axis=1)):
+        raise InputError(
+            f"recording '{recording.name}': '{found[0]}' is {y[0]:g} throughout and its noise is not stated: "
+            f"there is nothing to compare '{model.id}' with"
+        )
     whitener = Whitener(weight, _calibration_root(model, case, recording, found[0], kind))
     return Series(
         recording.name, recording.role, inputs, np.ascontiguousarray(data), measure, rows, unit, whitener,
