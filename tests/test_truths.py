@@ -1,7 +1,6 @@
 """The concealed truths: their numerics against closed forms and reference values, their depth and silence."""
 
 import ast
-import json
 import sys
 import tomllib
 from dataclasses import replace
@@ -12,7 +11,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from modelgen import truths
-from modelgen.truths import drawing, force, friction, gmm, impedance, memory, stiffness, trial
+from modelgen.truths import drawing, force, friction, gmm, impedance, memory, stiffness
 from modelgen.truths import elements as el
 from modelgen.truths.drive import Motion
 from modelgen.truths.scoring import score
@@ -397,26 +396,3 @@ def test_scores():
     )
     after = score(pair, {**_verdict("inertia"), "fit": {"after": {"holdout_rms_over_noise": 1.1}}})
     assert after["holdout_chi2"] == pytest.approx(1.21)
-
-
-def test_trial_runs_a_command(tmp_path, capsys):
-    fake = tmp_path / "fake.py"
-    fake.write_text(
-        "import json, sys\n"
-        "assert open(sys.argv[1]).read().startswith('model')\n"
-        f"json.dump({_verdict('inertia')!r}, open(sys.argv[3], 'w'))\n"
-    )
-    out = tmp_path / "rows.json"
-    command = f"{sys.executable} {fake}"
-    assert (
-        trial.main(
-            ["--n", "4", "--domain", "gmm", "--noise", "all", "--command", command, "--json", str(out)]
-        )
-        == 0
-    )
-    said = capsys.readouterr().out
-    assert "4 of 4 cases scored" in said and "true -> named" in said
-    rows = json.loads(out.read_text())
-    assert [len(r["sha256"]) for r in rows] == [64] * 4
-    assert trial.main(["--n", "1", "--domain", "gmm", "--command", f"{sys.executable} -c 1/0"]) == 1
-    assert "ZeroDivisionError" in capsys.readouterr().out
