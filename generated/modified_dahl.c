@@ -179,39 +179,74 @@ void modified_dahl_values_real(const size_t n, const size_t stride, const double
         r = r_0;
     }
     if (p[5] == 1.0) {
-        const double k_D = p[0];
-        const double c_D = p[1];
-        const double h_D = p[2];
-        const double rho = p[3];
-        const double F_0 = p[4];
         double mg_x0[MG_TILE + 1];
         double mg_a0[MG_TILE];
         double mg_c0[MG_TILE];
         mg_x0[0] = r;
         for (size_t base = 1; base < n; base += MG_TILE) {
             const size_t count = n - base < MG_TILE ? n - base : MG_TILE;
+            unsigned mg_turns = 0U; /* whether the path turns inside of a step */
             MG_ALONE
             for (size_t l = 0; l < count; ++l) {
                 const size_t i = base + l;
-                const double s24 = work[7 * stride + i];
                 const double s27 = work[8 * stride + i];
-                const double s35 = work[9 * stride + i];
-                const double s40 = work[10 * stride + i];
-                const double t31 = mg_exp(-(s24 * (rho * s27)));
-                const double t46 = mg_exp(-(s40 * (rho * s35)));
-                mg_a0[l] = (s40 * (t46 * (s40 * (s24 * (s24 * t31)))));
-                mg_c0[l] = (s40 * (1.0 - t46 * (1.0 - s40 * (s24 * (1.0 - t31)))));
+                mg_turns |= s27 != 0.0 ? 1U : 0U;
             }
-            mg_scan(count, mg_a0, mg_c0, mg_x0);
-            MG_ALONE
-            for (size_t l = 0; l < count; ++l) {
-                const size_t i = base + l;
-                const double z = work[1 * stride + i];
-                const double v = work[5 * stride + i];
-                const double r_ = mg_x0[l + 1];
-                const double F_D = h_D * r_;  /* (7) friction force */
-                const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
-                out[0 * stride + i] = F;
+            if (mg_turns == 0U) {
+                const double k_D = p[0];
+                const double c_D = p[1];
+                const double h_D = p[2];
+                const double rho = p[3];
+                const double F_0 = p[4];
+                MG_ALONE
+                for (size_t l = 0; l < count; ++l) {
+                    const size_t i = base + l;
+                    const double s21 = work[9 * stride + i];
+                    const double s26 = work[11 * stride + i];
+                    const double t32 = mg_exp(-(s26 * (rho * s21)));
+                    mg_a0[l] = (s26 * (s26 * t32));
+                    mg_c0[l] = (s26 * (1.0 - t32));
+                }
+                mg_scan(count, mg_a0, mg_c0, mg_x0);
+                MG_ALONE
+                for (size_t l = 0; l < count; ++l) {
+                    const size_t i = base + l;
+                    const double z = work[1 * stride + i];
+                    const double v = work[5 * stride + i];
+                    const double r_ = mg_x0[l + 1];
+                    const double F_D = h_D * r_;  /* (7) friction force */
+                    const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
+                    out[0 * stride + i] = F;
+                }
+            } else {
+                const double k_D = p[0];
+                const double c_D = p[1];
+                const double h_D = p[2];
+                const double rho = p[3];
+                const double F_0 = p[4];
+                MG_ALONE
+                for (size_t l = 0; l < count; ++l) {
+                    const size_t i = base + l;
+                    const double s24 = work[7 * stride + i];
+                    const double s27 = work[8 * stride + i];
+                    const double s35 = work[9 * stride + i];
+                    const double s40 = work[10 * stride + i];
+                    const double t31 = mg_exp(-(s24 * (rho * s27)));
+                    const double t46 = mg_exp(-(s40 * (rho * s35)));
+                    mg_a0[l] = (s40 * (t46 * (s40 * (s24 * (s24 * t31)))));
+                    mg_c0[l] = (s40 * (1.0 - t46 * (1.0 - s40 * (s24 * (1.0 - t31)))));
+                }
+                mg_scan(count, mg_a0, mg_c0, mg_x0);
+                MG_ALONE
+                for (size_t l = 0; l < count; ++l) {
+                    const size_t i = base + l;
+                    const double z = work[1 * stride + i];
+                    const double v = work[5 * stride + i];
+                    const double r_ = mg_x0[l + 1];
+                    const double F_D = h_D * r_;  /* (7) friction force */
+                    const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
+                    out[0 * stride + i] = F;
+                }
             }
             mg_x0[0] = mg_x0[count];
         }
@@ -269,11 +304,6 @@ void modified_dahl_jacobian_real(const size_t n, const size_t stride, const doub
         d_r_5 = 1.0;
     }
     if (p[5] == 1.0) {
-        const double k_D = p[0];
-        const double c_D = p[1];
-        const double h_D = p[2];
-        const double rho = p[3];
-        const double F_0 = p[4];
         double mg_x0[MG_TILE + 1];
         double mg_x1[MG_TILE + 1];
         double mg_x2[MG_TILE + 1];
@@ -291,64 +321,131 @@ void modified_dahl_jacobian_real(const size_t n, const size_t stride, const doub
         mg_x2[0] = d_r_3;
         for (size_t base = 1; base < n; base += MG_TILE) {
             const size_t count = n - base < MG_TILE ? n - base : MG_TILE;
+            unsigned mg_turns = 0U; /* whether the path turns inside of a step */
             MG_ALONE
             for (size_t l = 0; l < count; ++l) {
                 const size_t i = base + l;
-                const double s24 = work[7 * stride + i];
                 const double s27 = work[8 * stride + i];
-                const double s35 = work[9 * stride + i];
-                const double s40 = work[10 * stride + i];
-                const double s58 = work[11 * stride + i];
-                const double t31 = mg_exp(-(s24 * (rho * s27)));
-                const double t46 = mg_exp(-(s40 * (rho * s35)));
-                const double t82 = s24 * t31;
-                const double t99 = s40 * (t46 * (s58 * t82));
-                mg_a0[l] = (s40 * (t46 * (s40 * (s24 * t82))));
-                mg_c0[l] = (s40 * (1.0 - t46 * (1.0 - s40 * (s24 * (1.0 - t31)))));
-                mg_a1[l] = t99;
-                mg_c1[l] = 0.0;
-                mg_k0[l] = t31;
-                mg_k1[l] = t46;
-                mg_k2[l] = t99;
+                mg_turns |= s27 != 0.0 ? 1U : 0U;
             }
-            mg_scan(count, mg_a0, mg_c0, mg_x0);
-            mg_scan(count, mg_a1, mg_c1, mg_x1);
-            MG_ALONE
-            for (size_t l = 0; l < count; ++l) {
-                const size_t i = base + l;
-                const double s24 = work[7 * stride + i];
-                const double s40 = work[10 * stride + i];
-                const double s58 = work[11 * stride + i];
-                const double s59 = work[12 * stride + i];
-                const double s67 = work[13 * stride + i];
-                const double r_before = mg_x0[l];
-                const double s31 = mg_k0[l];
-                const double s46 = mg_k1[l];
-                const double s99 = mg_k2[l];
-                const double t32 = (1.0 - r_before * s24) * s31;
-                const double r_turn = s24 * (1.0 - t32);  /* (8) friction state where it turns */
-                const double t109 = -(s40 * (-(s46 * (s58 * (t32 * s59))) - (1.0 - r_turn * s40) * s46 * s67));
-                mg_a2[l] = s99;
-                mg_c2[l] = t109;
-            }
-            mg_scan(count, mg_a2, mg_c2, mg_x2);
-            MG_ALONE
-            for (size_t l = 0; l < count; ++l) {
-                const size_t i = base + l;
-                const double z = work[1 * stride + i];
-                const double v = work[5 * stride + i];
-                const double r_ = mg_x0[l + 1];
-                const double s78 = mg_x1[l + 1];
-                const double s71 = -mg_x2[l + 1];
-                const double F_D = h_D * r_;  /* (7) friction force */
-                const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
-                out[0 * stride + i] = F;
-                jac[0 * stride + i] = z;
-                jac[1 * stride + i] = v;
-                jac[2 * stride + i] = r_;
-                jac[3 * stride + i] = (-(h_D * s71));
-                jac[4 * stride + i] = 1.0;
-                jac[5 * stride + i] = (h_D * s78);
+            if (mg_turns == 0U) {
+                const double k_D = p[0];
+                const double c_D = p[1];
+                const double h_D = p[2];
+                const double rho = p[3];
+                const double F_0 = p[4];
+                MG_ALONE
+                for (size_t l = 0; l < count; ++l) {
+                    const size_t i = base + l;
+                    const double s21 = work[9 * stride + i];
+                    const double s26 = work[11 * stride + i];
+                    const double t32 = mg_exp(-(s26 * (rho * s21)));
+                    const double t65 = s26 * (s26 * t32);
+                    mg_a0[l] = t65;
+                    mg_c0[l] = (s26 * (1.0 - t32));
+                    mg_a1[l] = t65;
+                    mg_c1[l] = 0.0;
+                    mg_k0[l] = t32;
+                    mg_k1[l] = t65;
+                }
+                mg_scan(count, mg_a0, mg_c0, mg_x0);
+                mg_scan(count, mg_a1, mg_c1, mg_x1);
+                MG_ALONE
+                for (size_t l = 0; l < count; ++l) {
+                    const size_t i = base + l;
+                    const double s26 = work[11 * stride + i];
+                    const double s49 = work[13 * stride + i];
+                    const double r_before = mg_x0[l];
+                    const double s32 = mg_k0[l];
+                    const double s65 = mg_k1[l];
+                    const double r_turn = 1.0 - (1.0 - r_before);  /* (8) friction state where it turns */
+                    mg_a2[l] = s65;
+                    mg_c2[l] = (s26 * ((1.0 - r_turn * s26) * s32 * s49));
+                }
+                mg_scan(count, mg_a2, mg_c2, mg_x2);
+                MG_ALONE
+                for (size_t l = 0; l < count; ++l) {
+                    const size_t i = base + l;
+                    const double z = work[1 * stride + i];
+                    const double v = work[5 * stride + i];
+                    const double r_ = mg_x0[l + 1];
+                    const double s58 = mg_x1[l + 1];
+                    const double s53 = -mg_x2[l + 1];
+                    const double F_D = h_D * r_;  /* (7) friction force */
+                    const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
+                    out[0 * stride + i] = F;
+                    jac[0 * stride + i] = z;
+                    jac[1 * stride + i] = v;
+                    jac[2 * stride + i] = r_;
+                    jac[3 * stride + i] = (-(h_D * s53));
+                    jac[4 * stride + i] = 1.0;
+                    jac[5 * stride + i] = (h_D * s58);
+                }
+            } else {
+                const double k_D = p[0];
+                const double c_D = p[1];
+                const double h_D = p[2];
+                const double rho = p[3];
+                const double F_0 = p[4];
+                MG_ALONE
+                for (size_t l = 0; l < count; ++l) {
+                    const size_t i = base + l;
+                    const double s24 = work[7 * stride + i];
+                    const double s27 = work[8 * stride + i];
+                    const double s35 = work[9 * stride + i];
+                    const double s40 = work[10 * stride + i];
+                    const double s58 = work[11 * stride + i];
+                    const double t31 = mg_exp(-(s24 * (rho * s27)));
+                    const double t46 = mg_exp(-(s40 * (rho * s35)));
+                    const double t82 = s24 * t31;
+                    const double t99 = s40 * (t46 * (s58 * t82));
+                    mg_a0[l] = (s40 * (t46 * (s40 * (s24 * t82))));
+                    mg_c0[l] = (s40 * (1.0 - t46 * (1.0 - s40 * (s24 * (1.0 - t31)))));
+                    mg_a1[l] = t99;
+                    mg_c1[l] = 0.0;
+                    mg_k0[l] = t31;
+                    mg_k1[l] = t46;
+                    mg_k2[l] = t99;
+                }
+                mg_scan(count, mg_a0, mg_c0, mg_x0);
+                mg_scan(count, mg_a1, mg_c1, mg_x1);
+                MG_ALONE
+                for (size_t l = 0; l < count; ++l) {
+                    const size_t i = base + l;
+                    const double s24 = work[7 * stride + i];
+                    const double s40 = work[10 * stride + i];
+                    const double s58 = work[11 * stride + i];
+                    const double s59 = work[12 * stride + i];
+                    const double s67 = work[13 * stride + i];
+                    const double r_before = mg_x0[l];
+                    const double s31 = mg_k0[l];
+                    const double s46 = mg_k1[l];
+                    const double s99 = mg_k2[l];
+                    const double t32 = (1.0 - r_before * s24) * s31;
+                    const double r_turn = s24 * (1.0 - t32);  /* (8) friction state where it turns */
+                    const double t109 = -(s40 * (-(s46 * (s58 * (t32 * s59))) - (1.0 - r_turn * s40) * s46 * s67));
+                    mg_a2[l] = s99;
+                    mg_c2[l] = t109;
+                }
+                mg_scan(count, mg_a2, mg_c2, mg_x2);
+                MG_ALONE
+                for (size_t l = 0; l < count; ++l) {
+                    const size_t i = base + l;
+                    const double z = work[1 * stride + i];
+                    const double v = work[5 * stride + i];
+                    const double r_ = mg_x0[l + 1];
+                    const double s78 = mg_x1[l + 1];
+                    const double s71 = -mg_x2[l + 1];
+                    const double F_D = h_D * r_;  /* (7) friction force */
+                    const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
+                    out[0 * stride + i] = F;
+                    jac[0 * stride + i] = z;
+                    jac[1 * stride + i] = v;
+                    jac[2 * stride + i] = r_;
+                    jac[3 * stride + i] = (-(h_D * s71));
+                    jac[4 * stride + i] = 1.0;
+                    jac[5 * stride + i] = (h_D * s78);
+                }
             }
             mg_x0[0] = mg_x0[count];
             mg_x1[0] = mg_x1[count];
@@ -432,40 +529,76 @@ void modified_dahl_sumsq_real(const size_t nset, const size_t n, const size_t st
             r = r_0;
         }
         if (q[5] == 1.0) {
-            const double k_D = q[0];
-            const double c_D = q[1];
-            const double h_D = q[2];
-            const double rho = q[3];
-            const double F_0 = q[4];
             double mg_x0[MG_TILE + 1];
             double mg_a0[MG_TILE];
             double mg_c0[MG_TILE];
             mg_x0[0] = r;
             for (size_t base = 1; base < n; base += MG_TILE) {
                 const size_t count = n - base < MG_TILE ? n - base : MG_TILE;
+                unsigned mg_turns = 0U; /* whether the path turns inside of a step */
                 MG_ALONE
                 for (size_t l = 0; l < count; ++l) {
                     const size_t i = base + l;
-                    const double s24 = work[7 * stride + i];
                     const double s27 = work[8 * stride + i];
-                    const double s35 = work[9 * stride + i];
-                    const double s40 = work[10 * stride + i];
-                    const double t31 = mg_exp(-(s24 * (rho * s27)));
-                    const double t46 = mg_exp(-(s40 * (rho * s35)));
-                    mg_a0[l] = (s40 * (t46 * (s40 * (s24 * (s24 * t31)))));
-                    mg_c0[l] = (s40 * (1.0 - t46 * (1.0 - s40 * (s24 * (1.0 - t31)))));
+                    mg_turns |= s27 != 0.0 ? 1U : 0U;
                 }
-                mg_scan(count, mg_a0, mg_c0, mg_x0);
-                MG_ALONE
-                for (size_t l = 0; l < count; ++l) {
-                    const size_t i = base + l;
-                    const double z = work[1 * stride + i];
-                    const double v = work[5 * stride + i];
-                    const double r_ = mg_x0[l + 1];
-                    const double F_D = h_D * r_;  /* (7) friction force */
-                    const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
-                    const double e0 = weight[0 * stride + i] * (F - data[0 * stride + i]);
-                    row[0][l] = e0 * e0;
+                if (mg_turns == 0U) {
+                    const double k_D = q[0];
+                    const double c_D = q[1];
+                    const double h_D = q[2];
+                    const double rho = q[3];
+                    const double F_0 = q[4];
+                    MG_ALONE
+                    for (size_t l = 0; l < count; ++l) {
+                        const size_t i = base + l;
+                        const double s21 = work[9 * stride + i];
+                        const double s26 = work[11 * stride + i];
+                        const double t32 = mg_exp(-(s26 * (rho * s21)));
+                        mg_a0[l] = (s26 * (s26 * t32));
+                        mg_c0[l] = (s26 * (1.0 - t32));
+                    }
+                    mg_scan(count, mg_a0, mg_c0, mg_x0);
+                    MG_ALONE
+                    for (size_t l = 0; l < count; ++l) {
+                        const size_t i = base + l;
+                        const double z = work[1 * stride + i];
+                        const double v = work[5 * stride + i];
+                        const double r_ = mg_x0[l + 1];
+                        const double F_D = h_D * r_;  /* (7) friction force */
+                        const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
+                        const double e0 = weight[0 * stride + i] * (F - data[0 * stride + i]);
+                        row[0][l] = e0 * e0;
+                    }
+                } else {
+                    const double k_D = q[0];
+                    const double c_D = q[1];
+                    const double h_D = q[2];
+                    const double rho = q[3];
+                    const double F_0 = q[4];
+                    MG_ALONE
+                    for (size_t l = 0; l < count; ++l) {
+                        const size_t i = base + l;
+                        const double s24 = work[7 * stride + i];
+                        const double s27 = work[8 * stride + i];
+                        const double s35 = work[9 * stride + i];
+                        const double s40 = work[10 * stride + i];
+                        const double t31 = mg_exp(-(s24 * (rho * s27)));
+                        const double t46 = mg_exp(-(s40 * (rho * s35)));
+                        mg_a0[l] = (s40 * (t46 * (s40 * (s24 * (s24 * t31)))));
+                        mg_c0[l] = (s40 * (1.0 - t46 * (1.0 - s40 * (s24 * (1.0 - t31)))));
+                    }
+                    mg_scan(count, mg_a0, mg_c0, mg_x0);
+                    MG_ALONE
+                    for (size_t l = 0; l < count; ++l) {
+                        const size_t i = base + l;
+                        const double z = work[1 * stride + i];
+                        const double v = work[5 * stride + i];
+                        const double r_ = mg_x0[l + 1];
+                        const double F_D = h_D * r_;  /* (7) friction force */
+                        const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
+                        const double e0 = weight[0 * stride + i] * (F - data[0 * stride + i]);
+                        row[0][l] = e0 * e0;
+                    }
                 }
                 for (size_t l = count; l < MG_TILE && l % (2 * MG_LANES) != 0; ++l) {
                     row[0][l] = 0.0;
@@ -560,11 +693,6 @@ void modified_dahl_normal_real(const size_t n, const size_t stride, const double
         d_r_5 = 1.0;
     }
     if (p[5] == 1.0) {
-        const double k_D = p[0];
-        const double c_D = p[1];
-        const double h_D = p[2];
-        const double rho = p[3];
-        const double F_0 = p[4];
         double mg_x0[MG_TILE + 1];
         double mg_x1[MG_TILE + 1];
         double mg_x2[MG_TILE + 1];
@@ -582,71 +710,145 @@ void modified_dahl_normal_real(const size_t n, const size_t stride, const double
         mg_x2[0] = d_r_3;
         for (size_t base = 1; base < n; base += MG_TILE) {
             const size_t count = n - base < MG_TILE ? n - base : MG_TILE;
+            unsigned mg_turns = 0U; /* whether the path turns inside of a step */
             MG_ALONE
             for (size_t l = 0; l < count; ++l) {
                 const size_t i = base + l;
-                const double s24 = work[7 * stride + i];
                 const double s27 = work[8 * stride + i];
-                const double s35 = work[9 * stride + i];
-                const double s40 = work[10 * stride + i];
-                const double s58 = work[11 * stride + i];
-                const double t31 = mg_exp(-(s24 * (rho * s27)));
-                const double t46 = mg_exp(-(s40 * (rho * s35)));
-                const double t82 = s24 * t31;
-                const double t99 = s40 * (t46 * (s58 * t82));
-                mg_a0[l] = (s40 * (t46 * (s40 * (s24 * t82))));
-                mg_c0[l] = (s40 * (1.0 - t46 * (1.0 - s40 * (s24 * (1.0 - t31)))));
-                mg_a1[l] = t99;
-                mg_c1[l] = 0.0;
-                mg_k0[l] = t31;
-                mg_k1[l] = t46;
-                mg_k2[l] = t99;
+                mg_turns |= s27 != 0.0 ? 1U : 0U;
             }
-            mg_scan(count, mg_a0, mg_c0, mg_x0);
-            mg_scan(count, mg_a1, mg_c1, mg_x1);
-            MG_ALONE
-            for (size_t l = 0; l < count; ++l) {
-                const size_t i = base + l;
-                const double s24 = work[7 * stride + i];
-                const double s40 = work[10 * stride + i];
-                const double s58 = work[11 * stride + i];
-                const double s59 = work[12 * stride + i];
-                const double s67 = work[13 * stride + i];
-                const double r_before = mg_x0[l];
-                const double s31 = mg_k0[l];
-                const double s46 = mg_k1[l];
-                const double s99 = mg_k2[l];
-                const double t32 = (1.0 - r_before * s24) * s31;
-                const double r_turn = s24 * (1.0 - t32);  /* (8) friction state where it turns */
-                const double t109 = -(s40 * (-(s46 * (s58 * (t32 * s59))) - (1.0 - r_turn * s40) * s46 * s67));
-                mg_a2[l] = s99;
-                mg_c2[l] = t109;
-            }
-            mg_scan(count, mg_a2, mg_c2, mg_x2);
-            MG_ALONE
-            for (size_t l = 0; l < count; ++l) {
-                const size_t i = base + l;
-                const double z = work[1 * stride + i];
-                const double v = work[5 * stride + i];
-                const double r_ = mg_x0[l + 1];
-                const double s78 = mg_x1[l + 1];
-                const double s71 = -mg_x2[l + 1];
-                const double F_D = h_D * r_;  /* (7) friction force */
-                const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
-                const double e0 = weight[0 * stride + i] * (F - data[0 * stride + i]);
-                const double j0_0 = weight[0 * stride + i] * z;
-                const double j0_1 = weight[0 * stride + i] * v;
-                const double j0_2 = weight[0 * stride + i] * r_;
-                const double j0_3 = weight[0 * stride + i] * (-(h_D * s71));
-                const double j0_4 = weight[0 * stride + i] * 1.0;
-                const double j0_5 = weight[0 * stride + i] * (h_D * s78);
-                row[0][l] = j0_0;
-                row[1][l] = j0_1;
-                row[2][l] = j0_2;
-                row[3][l] = j0_3;
-                row[4][l] = j0_4;
-                row[5][l] = j0_5;
-                row[6][l] = e0;
+            if (mg_turns == 0U) {
+                const double k_D = p[0];
+                const double c_D = p[1];
+                const double h_D = p[2];
+                const double rho = p[3];
+                const double F_0 = p[4];
+                MG_ALONE
+                for (size_t l = 0; l < count; ++l) {
+                    const size_t i = base + l;
+                    const double s21 = work[9 * stride + i];
+                    const double s26 = work[11 * stride + i];
+                    const double t32 = mg_exp(-(s26 * (rho * s21)));
+                    const double t65 = s26 * (s26 * t32);
+                    mg_a0[l] = t65;
+                    mg_c0[l] = (s26 * (1.0 - t32));
+                    mg_a1[l] = t65;
+                    mg_c1[l] = 0.0;
+                    mg_k0[l] = t32;
+                    mg_k1[l] = t65;
+                }
+                mg_scan(count, mg_a0, mg_c0, mg_x0);
+                mg_scan(count, mg_a1, mg_c1, mg_x1);
+                MG_ALONE
+                for (size_t l = 0; l < count; ++l) {
+                    const size_t i = base + l;
+                    const double s26 = work[11 * stride + i];
+                    const double s49 = work[13 * stride + i];
+                    const double r_before = mg_x0[l];
+                    const double s32 = mg_k0[l];
+                    const double s65 = mg_k1[l];
+                    const double r_turn = 1.0 - (1.0 - r_before);  /* (8) friction state where it turns */
+                    mg_a2[l] = s65;
+                    mg_c2[l] = (s26 * ((1.0 - r_turn * s26) * s32 * s49));
+                }
+                mg_scan(count, mg_a2, mg_c2, mg_x2);
+                MG_ALONE
+                for (size_t l = 0; l < count; ++l) {
+                    const size_t i = base + l;
+                    const double z = work[1 * stride + i];
+                    const double v = work[5 * stride + i];
+                    const double r_ = mg_x0[l + 1];
+                    const double s58 = mg_x1[l + 1];
+                    const double s53 = -mg_x2[l + 1];
+                    const double F_D = h_D * r_;  /* (7) friction force */
+                    const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
+                    const double e0 = weight[0 * stride + i] * (F - data[0 * stride + i]);
+                    const double j0_0 = weight[0 * stride + i] * z;
+                    const double j0_1 = weight[0 * stride + i] * v;
+                    const double j0_2 = weight[0 * stride + i] * r_;
+                    const double j0_3 = weight[0 * stride + i] * (-(h_D * s53));
+                    const double j0_4 = weight[0 * stride + i] * 1.0;
+                    const double j0_5 = weight[0 * stride + i] * (h_D * s58);
+                    row[0][l] = j0_0;
+                    row[1][l] = j0_1;
+                    row[2][l] = j0_2;
+                    row[3][l] = j0_3;
+                    row[4][l] = j0_4;
+                    row[5][l] = j0_5;
+                    row[6][l] = e0;
+                }
+            } else {
+                const double k_D = p[0];
+                const double c_D = p[1];
+                const double h_D = p[2];
+                const double rho = p[3];
+                const double F_0 = p[4];
+                MG_ALONE
+                for (size_t l = 0; l < count; ++l) {
+                    const size_t i = base + l;
+                    const double s24 = work[7 * stride + i];
+                    const double s27 = work[8 * stride + i];
+                    const double s35 = work[9 * stride + i];
+                    const double s40 = work[10 * stride + i];
+                    const double s58 = work[11 * stride + i];
+                    const double t31 = mg_exp(-(s24 * (rho * s27)));
+                    const double t46 = mg_exp(-(s40 * (rho * s35)));
+                    const double t82 = s24 * t31;
+                    const double t99 = s40 * (t46 * (s58 * t82));
+                    mg_a0[l] = (s40 * (t46 * (s40 * (s24 * t82))));
+                    mg_c0[l] = (s40 * (1.0 - t46 * (1.0 - s40 * (s24 * (1.0 - t31)))));
+                    mg_a1[l] = t99;
+                    mg_c1[l] = 0.0;
+                    mg_k0[l] = t31;
+                    mg_k1[l] = t46;
+                    mg_k2[l] = t99;
+                }
+                mg_scan(count, mg_a0, mg_c0, mg_x0);
+                mg_scan(count, mg_a1, mg_c1, mg_x1);
+                MG_ALONE
+                for (size_t l = 0; l < count; ++l) {
+                    const size_t i = base + l;
+                    const double s24 = work[7 * stride + i];
+                    const double s40 = work[10 * stride + i];
+                    const double s58 = work[11 * stride + i];
+                    const double s59 = work[12 * stride + i];
+                    const double s67 = work[13 * stride + i];
+                    const double r_before = mg_x0[l];
+                    const double s31 = mg_k0[l];
+                    const double s46 = mg_k1[l];
+                    const double s99 = mg_k2[l];
+                    const double t32 = (1.0 - r_before * s24) * s31;
+                    const double r_turn = s24 * (1.0 - t32);  /* (8) friction state where it turns */
+                    const double t109 = -(s40 * (-(s46 * (s58 * (t32 * s59))) - (1.0 - r_turn * s40) * s46 * s67));
+                    mg_a2[l] = s99;
+                    mg_c2[l] = t109;
+                }
+                mg_scan(count, mg_a2, mg_c2, mg_x2);
+                MG_ALONE
+                for (size_t l = 0; l < count; ++l) {
+                    const size_t i = base + l;
+                    const double z = work[1 * stride + i];
+                    const double v = work[5 * stride + i];
+                    const double r_ = mg_x0[l + 1];
+                    const double s78 = mg_x1[l + 1];
+                    const double s71 = -mg_x2[l + 1];
+                    const double F_D = h_D * r_;  /* (7) friction force */
+                    const double F = F_0 + F_D + v * c_D + z * k_D;  /* what the force sensor shows */
+                    const double e0 = weight[0 * stride + i] * (F - data[0 * stride + i]);
+                    const double j0_0 = weight[0 * stride + i] * z;
+                    const double j0_1 = weight[0 * stride + i] * v;
+                    const double j0_2 = weight[0 * stride + i] * r_;
+                    const double j0_3 = weight[0 * stride + i] * (-(h_D * s71));
+                    const double j0_4 = weight[0 * stride + i] * 1.0;
+                    const double j0_5 = weight[0 * stride + i] * (h_D * s78);
+                    row[0][l] = j0_0;
+                    row[1][l] = j0_1;
+                    row[2][l] = j0_2;
+                    row[3][l] = j0_3;
+                    row[4][l] = j0_4;
+                    row[5][l] = j0_5;
+                    row[6][l] = e0;
+                }
             }
             for (size_t l = count; l < MG_TILE && l % (2 * MG_LANES) != 0; ++l) {
                 row[0][l] = 0.0;

@@ -167,3 +167,19 @@ def test_a_scan_gives_what_one_step_after_the_other_gives(name: str, off: Any, n
         size = np.abs(slopes).max(axis=2, keepdims=True)
         assert jac / size == pytest.approx(slopes / size, abs=1e-12)
     assert values == pytest.approx(wanted, rel=1e-12, abs=1e-13)
+
+
+def test_tiles_without_a_turn_take_one_exponential_less_and_give_the_same() -> None:
+    """A slow swing turns in two of eight tiles. An exponent beside 1 makes the model march."""
+    F, t = build(models.modified_dahl), np.arange(2000) * 1e-3
+    recording = {"t": t, "z": 3 * np.sin(4 * t)}
+    tiles, marched = F.prepare(**recording), F.prepare(**recording, b=np.nextafter(1.0, 2.0))
+    theta = tiles.p[F.free]
+    for found, wanted in zip(tiles.jacobian(theta, "real"), marched.jacobian(theta, "real"), strict=True):
+        size = np.abs(wanted).max(axis=-1, keepdims=True)
+        assert found / size == pytest.approx(wanted / size, abs=1e-12)
+    assert tiles.values(theta, "real") == pytest.approx(marched.values(theta, "real"), rel=1e-12, abs=1e-13)
+    source = emit(build_program(models.modified_dahl, ("rho",)), ("values",), "", ("real",))
+    code = next(k for k in source.kernels if k.name == "values_real").code
+    lean, full = code.split("mg_turns == 0U")[1].split("} else {")[:2]
+    assert (lean.count("mg_exp("), full.count("mg_exp(")) == (1, 2)

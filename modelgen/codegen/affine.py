@@ -6,9 +6,10 @@ which may be taken in any grouping. Others may have a part in c if they can be s
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 
+from modelgen.codegen.algebra import FREE, SAMPLE
 from modelgen.codegen.program import Sample, sensitivity
 from modelgen.codegen.real import COMMUTATIVE, Graph, Node
 from modelgen.codegen.split import Pair
@@ -128,11 +129,29 @@ def special(sample: Sample, free: set[str]) -> dict[str, float]:
     return found
 
 
-def specialised(sample: Sample, values: Mapping[str, float]) -> tuple[Sample, dict[int, int]]:
-    """The sample with parameters at `values`, and where its nodes went."""
+def earlier(sample: Sample, masks: list[int]) -> list[int]:
+    """Strokes, differences of inputs that exponentials of a step decay with: of all but the last one, which
+    is there in every step, while those before end where the path turns."""
+    nodes, found = sample.graph.nodes, list[int]()
+    for node, mask in zip(nodes, masks, strict=True):
+        stack = list(node.args) if node.op == "exp" and mask == SAMPLE | FREE else []
+        while stack:
+            at = stack.pop()
+            if nodes[at].op in ("mul", "neg"):
+                stack += nodes[at].args
+            elif nodes[at].op == "sub" and masks[at] == SAMPLE and at not in found:
+                found.append(at)
+    return found[:-1]
+
+
+def specialised(
+    sample: Sample, values: Mapping[str, float], zero: Collection[int] = ()
+) -> tuple[Sample, dict[int, int]]:
+    """The sample with parameters at `values` and the nodes `zero` at 0, and where its nodes went."""
     graph, new = Graph(), dict[int, int]()
     for at, node in enumerate(sample.graph.nodes):
-        new[at] = _again(graph, node, [new[a] for a in node.args], values)
+        args = [new[a] for a in node.args]
+        new[at] = graph.const(0.0) if at in zero else _again(graph, node, args, values)
         if at in sample.graph.labels:
             graph.label(new[at], *sample.graph.labels[at])
 
