@@ -128,10 +128,12 @@ def test_the_analyser_finds_nothing(name: str) -> None:
 
 @needs_cppcheck
 @pytest.mark.slow
-def test_every_deviation_from_misra_is_listed_with_its_reason() -> None:
+def test_every_deviation_from_misra_is_listed_with_its_reason(tmp_path: Path) -> None:
     table = (templates_folder() / "DEVIATIONS.md").read_text()
     listed = {r for row in re.findall(r"^\| (\d[^|]*) \|", table, re.MULTILINE) for r in row.split(", ")}
-    sources = [str(ROOT / "generated" / f"{n}.c") for n in ANALYSED]
+    for name in (f"{n}.{end}" for n in ANALYSED for end in "hc"):  # cppcheck leaves its notes beside them
+        shutil.copy(ROOT / "generated" / name, tmp_path)
+    sources = [str(tmp_path / f"{n}.c") for n in ANALYSED]
     command = [
         "cppcheck",
         "--std=c99",
