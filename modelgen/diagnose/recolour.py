@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from modelgen.diagnose.evidence import bic
+from modelgen.diagnose.evidence import bic, effective, settled
 from modelgen.diagnose.noise import correlation_length, local_level
 from modelgen.diagnose.refit import Fit, Judge, refine
 from modelgen.diagnose.setting import Setting
@@ -37,7 +37,8 @@ def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judg
         plain = tuple(w.scaled(u) for w, u in zip(plain, uneven, strict=True))
         white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
         filters = coloured(plain, white, s.colour)
-    if all(w.ar is None for w in filters) and all(np.all(u == 1) for u in uneven):
+    before = any(w.ar is not None for w in judge.whiteners)
+    if not before and all(w.ar is None for w in filters) and all(np.all(u == 1) for u in uneven):
         return judge, base, fits
     return judged_anew(s, replace(judge, whiteners=filters), base, fits)
 
@@ -49,16 +50,33 @@ def judged_anew(s: Setting, new: Judge, base: Fit, fits: Sequence[Fit]) -> tuple
     return new, refine(new, [base])[0], fitted
 
 
+ROUNDS = 3
+"""Times that the colour is taken anew: what a single effect had left is not the noise of a pair."""
+
+
 def recolour_pairs(
     s: Setting, judge: Judge, base: Fit, grown: list[Fit], best: Fit
 ) -> tuple[Judge, Fit, list[Fit], Fit]:
-    new, newbase, fits = recolour(s, judge, base, [*grown, best])
-    return (
-        new,
-        newbase,
-        fits[:-1] if new is judge else [f for f in fits if f.hypothesis is not best.hypothesis],
-        (best if new is judge else next(f for f in fits if f.hypothesis is best.hypothesis)),
-    )
+    """`recolour` for hypotheses that have grown, and the best of those before, until the noise settles."""
+    for _ in range(ROUNDS):
+        new, base, fits = recolour(s, judge, base, [*grown, best])
+        grown = [f for f in fits if f.hypothesis is not best.hypothesis]
+        best = next(f for f in fits if f.hypothesis is best.hypothesis)
+        same = new is judge or _alike(new, judge)
+        judge = new
+        if same:
+            break
+    return judge, base, grown, best
+
+
+def _alike(a: Judge, b: Judge) -> bool:
+    """Whether two judges have the same colour, to a tenth."""
+
+    def filters(j: Judge) -> list[Array]:
+        return [np.ones(1) if w.ar is None else w.ar for w in j.whiteners]
+
+    pairs = zip(filters(a), filters(b), strict=True)
+    return all(len(x) == len(y) and np.allclose(x, y, atol=0.1) for x, y in pairs)
 
 
 def _smooth(s: Setting, judge: Judge, best: Fit, white: Sequence[Array]) -> bool:
@@ -68,7 +86,8 @@ def _smooth(s: Setting, judge: Judge, best: Fit, white: Sequence[Array]) -> bool
 
 
 def own_colour(s: Setting, judge: Judge, f: Fit) -> float:
-    """BIC of a fit under the colour of its own residual, in which lone samples count little.
+    """BIC of a fit under the likeliest noise of its own residual: coloured along the samples, lone ones
+    counting little, or in sweeps a smooth error of the instrument.
 
     Colour many times as large as the independent noise is rare: −2 ln of its prior is twice its size.
     """
@@ -78,11 +97,13 @@ def own_colour(s: Setting, judge: Judge, f: Fit) -> float:
     innovations = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(own)]
     orders = sum(0 if w.ar is None else len(w.ar) - 1 for w in own)
     size = max(float(np.sqrt(np.mean(e[e != 0] ** 2))) if np.any(e) else 0.0 for e in white)
-    found = bic(innovations, judge.prior, f.parameters, orders, robust=True) + 2 * size
-    if s.model.is_time_model:
-        return found
-    plain_bic, gain, _ = smooth_error(judge, f)
-    return plain_bic - max(gain, bic(white, judge.prior, f.parameters, robust=True) - found)
+    if s.model.is_time_model or any(x.measure == "real" for x in s.series):
+        return bic(innovations, judge.prior, f.parameters, orders, robust=True) + 2 * size
+    smooth, gain, _ = smooth_error(judge, f)
+    n = effective(innovations)
+    level = settled(np.concatenate([e.ravel() for e in innovations])) / n
+    colour = n * float(np.log(level)) + (f.parameters + orders) * float(np.log(n)) + 2 * size
+    return min(smooth - gain, colour - 2 * f.hypothesis.log_common)
 
 
 def gross(s: Setting, white: Sequence[Array]) -> bool:

@@ -35,14 +35,15 @@ class Smooth:
 
 
 def smooth_error(judge: Judge, fit: Fit) -> tuple[float, float, Smooth | None]:
-    """(BIC with white noise, what the best process gains, that process) of sweeps for which none is stated.
+    """(BIC with white noise, what the best process gains, that process) of sweeps; none where one is stated.
 
     White or not, the fit's parameters follow at first order. Errors of many times the noise are rare.
     """
     e = fit.hypothesis.experiment
-    if e.model.axis is None or any(s.measure == "real" or s.whitener.root is not None for s in e.series):
-        return fit.bic, 0.0, None
-    plain = tuple(replace(w, root=None, ar=None, band=None, undo=None) for w in judge.whiteners)
+    plain = tuple(
+        replace(w, root=s.whitener.root, ar=None, band=None, undo=None)
+        for s, w in zip(e.series, judge.whiteners, strict=True)
+    )
     r, J = e.linearised(fit.theta, plain)
     lnf = [np.log(s.inputs[e.model.axis]) for s in e.series]
     channels = [len(s.data) for s in e.series]
@@ -54,6 +55,9 @@ def smooth_error(judge: Judge, fit: Fit) -> tuple[float, float, Smooth | None]:
     q, _ = np.linalg.qr(np.where(used[:, None], J, 0.0) / np.maximum(np.linalg.norm(J, axis=0), 1e-300))
     left = float(np.sum((r - q @ (q.T @ r)) ** 2))
     none = n * float(np.log(left / n))
+    white = none + fit.parameters * float(np.log(n)) - 2 * fit.hypothesis.log_common
+    if any(s.measure == "real" or s.whitener.root is not None for s in e.series):
+        return white, 0.0, None
     gained, found = 0.0, None  # type: tuple[float, Smooth | None]
     for shared in (False, True) if len(lnf) > 1 else (False,):
         for length in LENGTHS:
@@ -62,7 +66,7 @@ def smooth_error(judge: Judge, fit: Fit) -> tuple[float, float, Smooth | None]:
                 gain = none - d - 2 * float(np.log(n)) - RARE * rms
                 if gain > max(gained, SURE):
                     gained, found = gain, Smooth(rms, length, shared)
-    return none + fit.parameters * float(np.log(n)) - 2 * fit.hypothesis.log_common, gained, found
+    return white, gained, found
 
 
 def _relative(size: Array, w: Whitener) -> Array:
