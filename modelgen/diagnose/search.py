@@ -134,6 +134,8 @@ def _gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     law that is not quite right would leave.
     """
     alarm = ALARM * (len(new.ids) - len(old.ids))
+    if not s.model.is_time_model and any(w.ar is not None for w in judge.whiteners):
+        alarm *= 2  # a sweep is too short to tell a colour well
     if judge.temper > 1.0:
         return old.bic - new.bic > alarm and new.chi2 < WORTH * old.chi2
     undeserved = judge.excess.get(new.hypothesis.key, 0.0) - judge.excess.get(old.hypothesis.key, 0.0)
