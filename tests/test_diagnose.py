@@ -60,6 +60,18 @@ def test_a_line_in_the_force_is_unknown_and_not_physics_of_the_sample(tmp_path: 
     assert "line" in v.effects[0].says
 
 
+def test_what_no_catalogue_holds_becomes_a_model_all_the_same(tmp_path: Path) -> None:
+    secret = draw(7402, kind="novel", domain="impedance", noise="white", d2=(60, 1e4))  # a trap in the cable
+    case = read_case(write_case(secret, tmp_path))
+    v = diagnose(case, load(case.model), out=tmp_path)
+    assert v.effects[0].id == "unknown_electrical"
+    known = {p.name: p.value for p in v.effects[0].parameters}
+    assert known["a_1"] > 10 * abs(known["b_1"])  # a trap's peak is real
+    assert v.after.fit_over_noise == pytest.approx(1, abs=0.1) and v.before.fit_over_noise > 1.5
+    assert v.after.holdout_over_noise < 1.1
+    assert diagnose(case, load(f"{v.extended_model}:model")).adequate
+
+
 def test_the_verdict_keeps_the_contract(tmp_path: Path) -> None:
     _, v = verdict(tmp_path, 1, kind="single", domain="impedance", effect="semi_inductance", d2=(800, 2000))
     d = v.to_dict()

@@ -4,13 +4,14 @@ shows."""
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from modelgen.diagnose.averaged import averaged, parameters
+from modelgen.diagnose.describe import described
 from modelgen.diagnose.evidence import effective
 from modelgen.diagnose.gate import Gate, judge_adequacy
 from modelgen.diagnose.generic import Leftover
@@ -40,20 +41,24 @@ def conclude(
     sensitivities = port_sensitivities(setting, outcome.base)
     gate = judge_adequacy(setting, outcome, sensitivities, oddity)
     standing = standings(outcome) if not gate.unknown else ()
-    best = outcome.base if gate.unknown else outcome.best
-    base_estimates = parameters(outcome.judge, outcome.base)
-    after_estimates = averaged(outcome, best)
-    findings = _findings(setting, outcome, standing, after_estimates, gate)
-    port = findings[0].port if findings else "model"
+    best = outcome.best
+    if gate.unknown:
+        best = described(setting, outcome, gate.leftover) or outcome.base
     held = look_at_holdout(setting, outcome.base, best, gate.scale)
     if best.hypothesis.added and not setting.model.is_time_model and outcome.judge.temper == 1.0:
         worse = _worse(held)
-        if worse > REFUTED:
+        if worse > REFUTED and gate.unknown:  # terms that describe these recordings alone are no model
+            best, held = outcome.base, look_at_holdout(setting, outcome.base, outcome.base, gate.scale)
+        elif worse > REFUTED:
             told = (
                 f"{', '.join(best.ids)} would explain the fit recordings, but predicts the hold-out worse "
                 f"than the model without (χ² greater by {worse:.0f}): not claimed"
             )
             return conclude(setting, (*notes, told), marks, oddity, claimless(setting, outcome), out, begun)
+    base_estimates = parameters(outcome.judge, outcome.base)
+    after_estimates = parameters(outcome.judge, best) if gate.unknown else averaged(outcome, best)
+    findings = _findings(setting, outcome, standing, after_estimates, gate)
+    port = findings[0].port if findings else "model"
     shown = traces(setting, outcome.base, best, marks, held, gate.scale)
     law, path = _extended(setting, outcome, best, findings, after_estimates, out)
     return Verdict(
@@ -105,25 +110,15 @@ def _plain_white(fit: Fit) -> list[Array]:
 def _findings(
     setting: Setting, outcome: Outcome, standing: Sequence[Standing], after: Sequence[Estimate], gate: Gate
 ) -> tuple[Finding, ...]:
+    known = {e.name: e for e in after}
     if gate.unknown:
         says = f"no effect of the catalogue explains it: {gate.leftover.says or 'the residual is not noise'}"
-        return (
-            Finding(
-                f"unknown_{gate.leftover.port or 'model'}",
-                gate.leftover.port or "model",
-                says,
-                gate.probability,
-                "unknown",
-            ),
-        )
-    known = {e.name: e for e in after}
+        port = gate.leftover.port or "model"
+        id = f"unknown_{port}"
+        return (Finding(id, port, says, gate.probability, "unknown", parameters=_own(known, id)),)
     findings = []
     for s in standing:
-        own = tuple(
-            replace(known[n], name=n.removeprefix(f"{s.addition.id}_"))
-            for n in known
-            if n.startswith(f"{s.addition.id}_")
-        )
+        own = _own(known, s.addition.id)
         e = s.addition.effect
         findings.append(
             Finding(
@@ -132,6 +127,13 @@ def _findings(
             )
         )  # fmt: skip
     return tuple(findings)
+
+
+def _own(known: Mapping[str, Estimate], id: str) -> tuple[Estimate, ...]:
+    """The parameters of one effect, under their short names."""
+    return tuple(
+        replace(e, name=n.removeprefix(f"{id}_")) for n, e in known.items() if n.startswith(f"{id}_")
+    )
 
 
 def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str | None:
@@ -191,9 +193,14 @@ def _summary(
         return f"{model} explains the recordings: {left}."
     if gate.unknown:
         says = findings[0].says
+        terms = (
+            f" As terms of the model they leave {after:.3g} times the noise."
+            if findings[0].parameters
+            else ""
+        )
         return (
             f"{model} leaves {before:.3g} times the noise, and no effect of the catalogue accounts for it. "
-            f"{says[0].upper() + says[1:]}."
+            f"{says[0].upper() + says[1:]}.{terms}"
         )
     names = " and ".join(f.id for f in findings)
     first = (

@@ -24,12 +24,16 @@ from modelgen.language import Model
 @dataclass(frozen=True)
 class Leftover:
     """The best description of what remains: ΔBIC gained (positive is better), χ² explained, port and
-    sentence."""
+    sentence.
+
+    terms: (frequency, Q) of resonant terms; in time the name of a group of terms, and which of them.
+    """
 
     gain: float
     chi2: float
     port: str
     says: str
+    terms: tuple[object, ...] = ()
 
 
 def leftover(model: Model, judge: Judge, fit: Fit, sensitivities: Mapping[str, Array]) -> Leftover:
@@ -93,8 +97,9 @@ def _in_frequency(
             price = 2.0 * count * np.log(len(places))
             gain, chi2, _ = _gain(tangent, columns[:, chosen], n, price)
             if gain > best.gain:
-                where = ", ".join(f"{places[c // 2][0]:.4g}" for c in chosen[::2])
-                best = Leftover(gain, chi2, port, f"resonant terms near {where} Hz at the {port} port")
+                at = tuple(places[c // 2] for c in chosen[::2])
+                where = ", ".join(f"{f0:.4g}" for f0, _ in at)
+                best = Leftover(gain, chi2, port, f"resonant terms near {where} Hz at the {port} port", at)
             u, _ = np.linalg.qr(rest[:, chosen])
             r = tangent.r - u @ (u.T @ tangent.r)
         found.append(best)
@@ -156,7 +161,7 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
                 fit.white,
                 port,
                 says,
-                TOGETHER.get(make.__name__, 0),
+                make.__name__,
             )
         )
     return found
@@ -174,18 +179,19 @@ def _best_of(
     white: Sequence[Array],
     port: str,
     says: str,
-    few: int,
+    group: str,
 ) -> Leftover:
-    """The gain of a group of terms, all at once or the best `few` neighbours of them; checked with colours of
+    """The gain of a group of terms, all at once or the best few neighbours of them; checked with colours of
     their own."""
-    size, n = columns.shape[1], effective(white)
+    size, n, few = columns.shape[1], effective(white), TOGETHER.get(group, 0)
     sets = [list(range(size))] if not few else [list(range(k, k + few)) for k in range(0, size, few)]
     price = 2 * float(np.log(len(sets)))
     tried = [(*_gain(tangent, columns[:, c], n, price), len(c)) for c in sets]
-    gain, chi2, rest, count = max(tried, key=lambda x: x[0])
+    best = max(range(len(tried)), key=lambda k: tried[k][0])
+    gain, chi2, rest, count = tried[best]
     if gain > 10.0:
         gain = min(gain, _own_colours(whiteners, white, rest) - count * float(np.log(n)) - price)
-    return Leftover(float(gain), chi2, port, says)
+    return Leftover(float(gain), chi2, port, says, (group, best))
 
 
 def _own_colours(whiteners: Sequence[Whitener], white: Sequence[Array], rest: Array) -> float:
@@ -216,13 +222,17 @@ def _speed(v: Array) -> Array:
     return v / (float(np.quantile(np.abs(v), 0.995)) or 1.0)
 
 
+PITCHES = np.geomspace(1.0, 80.0, 90)
+"""Half waves in half a stroke that are tried."""
+
+
 def _groups() -> list[tuple[str, str, Callable[[Array, Array, Array, Array], Iterable[Array]]]]:
     def position(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
-        for k in np.geomspace(1.0, 80.0, 90):
+        for k in PITCHES:
             yield np.cos(k * np.pi * z)
             yield np.sin(k * np.pi * z)
 
-    def polynomial(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+    def displacement(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
         return (z**k for k in range(2, 9))
 
     def speed(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
@@ -254,7 +264,7 @@ def _groups() -> list[tuple[str, str, Callable[[Array, Array, Array, Array], Ite
 
     return [
         ("a force that depends on position, with short wavelengths", "force", position),
-        ("a force that depends on displacement alone", "force", polynomial),
+        ("a force that depends on displacement alone", "force", displacement),
         ("a force that depends on speed alone", "force", speed),
         ("a force that depends on displacement and speed together", "force", both),
         ("a hysteretic memory of the displacement", "force", play),
