@@ -192,16 +192,9 @@ def _summary(
         left = f"what is left is {after:.2f} times the noise, and looks like it"
         return f"{model} explains the recordings: {left}."
     if gate.unknown:
-        says = findings[0].says
-        terms = (
-            f" As terms of the model they leave {after:.3g} times the noise."
-            if findings[0].parameters
-            else ""
-        )
-        return (
-            f"{model} leaves {before:.3g} times the noise, and no effect of the catalogue accounts for it. "
-            f"{says[0].upper() + says[1:]}.{terms}"
-        )
+        says = gate.leftover.says or "the residual is not noise"
+        told = f"{model} leaves {before:.3g} times the noise, which no effect of the catalogue explains: {says}."
+        return f"{told} With these terms it leaves {after:.3g}." if findings[0].parameters else told
     names = " and ".join(f.id for f in findings)
     first = (
         f"{model} lacks {names} (probability {findings[0].probability:.0%}): "
