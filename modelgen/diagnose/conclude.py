@@ -193,7 +193,7 @@ def _summary(
         return f"{model} explains the recordings: {left}."
     if gate.unknown:
         says = gate.leftover.says or "the residual is not noise"
-        told = f"{model} leaves {before:.3g} times the noise, which no effect of the catalogue explains: {says}."
+        told = f"{model} leaves {before:.3g} times the noise, which no catalogued effect explains: {says}."
         return f"{told} With these terms it leaves {after:.3g}." if findings[0].parameters else told
     names = " and ".join(f.id for f in findings)
     first = (
