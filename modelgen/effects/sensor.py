@@ -34,50 +34,60 @@ lag_of_response = Effect(
     needs=("omega",),
 )
 
-# In time, the recorded force is F − y, with y the rate of F, filtered, times τ. F runs linearly between
-# samples, each step of
-# y is exact: for τ far below the sampling interval F − τ ΔF/Δt is left, and at τ = 0 F itself.
+# In time, the recorded force is F − y, with y the rate of F, filtered, times τ. F is a parabola through the
+# last three samples (as far apart as the last two), each step of y is exact: for τ far below the sampling
+# interval F − τ dF/dt is left, and at τ = 0 F itself.
 
 GONE = 40.0
 """Transients that are shorter than 1/GONE of a sampling interval have gone by the next sample: e^(−40) <
 1e-17."""
 
-Filter = Callable[[str, Any, Any], tuple[State, ...]]
+Filter = Callable[[str, Any, Any, Any, Any], tuple[State, ...]]
 
 
-def _late(id: str, states: Filter) -> Apply:
-    """F − y, where `states` (id, τ dF/dt, Δt/τ) gives the states that make up y, the first being y itself."""
+def _late(id: str, states: Filter, share: float) -> Apply:
+    """F − y, where `states` gives the states that make up y, the first being y itself.
+
+    They get the id, what y would be at the step's start and end if it had settled on the ramp u = τ dF/dt,
+    which is u − share·τ u', what τ y' would be, and Δt/τ.
+    """
 
     def apply(model: Model, port: Port, p: Values) -> Model:
         tau, dt, unit = p["tau"], port["t"] - port["t_prev"], model[port.equation].unit
-        before = State(
-            f"{id}_F", at_start(model, model[port.equation]), 0, unit=unit, text="force at the sample before"
-        )
+        start = at_start(model, model[port.equation])
+        before = State(f"{id}_F", start, 0, unit=unit, text="force at the sample before")
+        rise = State(f"{id}_rise", 0, 0, unit=unit, text="its rise to that sample")
 
         def memory(F: Any) -> tuple[State, ...]:
-            filtered = states(id, (F - before) / dt * tau, dt / Max(tau, dt / GONE))
-            return (*(replace(s, unit=unit) for s in filtered), replace(before, update=F))
+            now = F - before
+            mean, bend = now / dt * tau, (now - rise) / (2 * dt) * tau  # of u, and half its change
+            ramp = 2 * bend / dt * tau
+            first, last = (mean + side * bend - share * ramp for side in (-1, 1))
+            filtered = states(id, first, last, ramp, dt / Max(tau, dt / GONE))
+            made = tuple(replace(s, unit=unit) for s in filtered)
+            return (*made, replace(rise, update=now), replace(before, update=F))
 
         return model.extend(port.equation, lambda F: F - Symbol(f"{id}_y", real=True), statements=memory)
 
     return apply
 
 
-def _low_pass(id: str, rise: Any, x: Any) -> tuple[State, ...]:
+def _low_pass(id: str, first: Any, last: Any, ramp: Any, x: Any) -> tuple[State, ...]:
     """τ y' + y = τ F'."""
     y = Symbol(f"{id}_y", real=True)
-    return (State(y.name, 0, rise + (y - rise) * exp(-x), text="what the filter keeps back"),)
+    return (State(y.name, 0, last + (y - first) * exp(-x), text="what the filter keeps back"),)
 
 
-def _all_pass(id: str, rise: Any, x: Any) -> tuple[State, ...]:
+def _all_pass(id: str, first: Any, last: Any, ramp: Any, x: Any) -> tuple[State, ...]:
     """τ² y''/12 + τ y'/2 + y = τ F': F − y is F by Padé's (2, 2) approximation of e^(−jωτ), right to
     (ωτ)⁵/720."""
     y, y_rate, old = (Symbol(f"{id}_{n}", real=True) for n in ("y", "rate", "old"))
     fading = exp(-3 * x)
     c, s = fading * cos(sqrt(3) * x), fading * sin(sqrt(3) * x) / sqrt(3)
+    off = y_rate - ramp
     return (
-        State(y.name, 0, rise + (c + 3 * s) * (y - rise) + s * y_rate, text="force less what is shown late"),
-        State(y_rate.name, 0, -12 * s * (old - rise) + (c - 3 * s) * y_rate, text="τ times its rate"),
+        State(y.name, 0, last + (c + 3 * s) * (y - first) + s * off, text="force less what is shown late"),
+        State(y_rate.name, 0, ramp - 12 * s * (old - first) + (c - 3 * s) * off, text="τ times its rate"),
         State(old.name, 0, y, text="its value, for the next sample"),
     )
 
@@ -88,7 +98,7 @@ sensor_delay = Effect(
     LATE,
     "H. Padé, Ann. Sci. ENS 9 (1892); G. H. Golub, C. F. Van Loan, Matrix Computations, sec. 9.3",
     (Strength("tau", "s", text="delay of the force"),),
-    _late("sensor_delay", _all_pass),
+    _late("sensor_delay", _all_pass, 0.5),
     needs=("t", "t_prev"),
     common=2.0,
 )
@@ -99,7 +109,7 @@ force_sensor_lag = Effect(
     LAG,
     FILTER,
     (Strength("tau", "s", text="time constant"),),
-    _late("force_sensor_lag", _low_pass),
+    _late("force_sensor_lag", _low_pass, 1.0),
     needs=("t", "t_prev"),
 )
 
