@@ -29,7 +29,6 @@ def test_a_kernel_is_held_against_the_unit_that_it_keeps_busy_longest() -> None:
         assert roof.operations == work.operations and roof.reached > 0
         assert roof.limit is not None and roof.share == pytest.approx(roof.limit / roof.reached)
         assert roof.limit >= max(work.divisions * m.division, words * m.memory) * (1 - 1e-12)
-        assert roof.share < 2  # nothing is faster than the machine; the other 1 is for its noise
 
 
 def test_words_are_what_a_sample_loads_and_stores() -> None:
