@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import modelgen.codegen.roofline as codegen_roofline
 import modelgen.models as models
 from modelgen.cli import main
 from modelgen.codegen import build
@@ -29,6 +30,19 @@ def test_a_kernel_is_held_against_the_unit_that_it_keeps_busy_longest() -> None:
         assert roof.operations == work.operations and roof.reached > 0
         assert roof.limit is not None and roof.share == pytest.approx(roof.limit / roof.reached)
         assert roof.limit >= max(work.divisions * m.division, words * m.memory) * (1 - 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("whole", "bare", "cost"), [(5e-7, 1e-7, 4e-7), (1e-7, 1e-7, 1e-7), (1e-7, 3e-7, 1e-7)]
+)
+def test_a_cost_that_cannot_be_told_from_an_empty_call_is_the_whole_call(
+    monkeypatch: pytest.MonkeyPatch, whole: float, bare: float, cost: float
+) -> None:
+    call, empty = (lambda: None), (lambda: None)
+    monkeypatch.setattr(codegen_roofline, "fastest", lambda f, _: whole if f is call else bare)
+    kernel = next(k for k in build(models.kelvin_voigt).source.kernels if k.name == "values_real")
+    found = codegen_roofline._nanoseconds(kernel, call, empty)
+    assert found == pytest.approx(cost * 1e9 / codegen_roofline.SAMPLES)
 
 
 def test_words_are_what_a_sample_loads_and_stores() -> None:
