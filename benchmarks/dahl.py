@@ -54,7 +54,7 @@ def prepared(m: Motion) -> tuple[Function, Any, Any]:
 
 def call(F: Function, kernel: str, answer: Any, keep: Any, args: list[Any]) -> Run:
     addresses = [a.ctypes.data if isinstance(a, np.ndarray) else a for a in args]
-    f = F.addresses[kernel]
+    f = F.code.addresses[kernel]
 
     def run(held: Any = (keep, args)) -> Any:
         f(*addresses)

@@ -46,7 +46,7 @@ def by_parameters(s: Setting) -> dict[str, Curve]:
         ready = F.prepare(f=s.f)
         p, out, jac = ready.p.copy(), np.empty((2, ready.stride)), np.empty((2, k, ready.stride))
         args = [ready.n, ready.stride, *(a.ctypes.data for a in (ready.work, p, out, jac))]
-        kernel = F.addresses["jacobian_complex"]
+        kernel = F.code.addresses["jacobian_complex"]
 
         def run() -> Run:
             return lambda: kernel(*args)  # noqa: B023  timed at once

@@ -34,9 +34,9 @@ def ours_raw(s: Setting) -> Run:
     ready = F.prepare(f=s.f)
     out, jac, p = aligned(2, ready.stride), aligned(2, 6, ready.stride), ready.p.copy()
     p[F.free] = s.sets[0]
-    F.call("jacobian_complex", ready.n, ready.stride, ready.work, p, out, jac)
+    F.code.call("jacobian_complex", ready.n, ready.stride, ready.work, p, out, jac)
     answer = np.concatenate([out[:, None, : ready.n], jac[:, :, : ready.n]], axis=1)
-    kernel = F.addresses["jacobian_complex"]
+    kernel = F.code.addresses["jacobian_complex"]
     args = [ready.n, ready.stride, *(a.ctypes.data for a in (ready.work, p, out, jac))]
 
     def run(keep: Any = (ready, out, jac, p)) -> Any:
@@ -179,7 +179,7 @@ def fused(s: Setting) -> Run:
     data, weight = ready.pad(np.stack([s.data.real, s.data.imag])), ready.pad(np.ones((2, len(s.f))))
     p, flat = ready.p.copy(), np.empty(len(SIX) * (len(SIX) + 1) // 2 + len(SIX) + 1)
     p[F.free] = theta
-    kernel = F.addresses["normal_complex"]
+    kernel = F.code.addresses["normal_complex"]
     args = [ready.n, ready.stride, *(a.ctypes.data for a in (ready.work, p, data, weight, flat))]
 
     def run(keep: Any = (ready, data, weight, p)) -> Any:

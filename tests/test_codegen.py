@@ -189,7 +189,7 @@ def test_the_kernels_agree(name: str, shifts: list[float], n: int, seed: int) ->
     ready = F.prepare(**sweep(model, n, seed), **values)
     theta = np.array([values[w] for w in F.wrt])
     rng = np.random.default_rng(seed)
-    for measure in F.source.measures:
+    for measure in F.code.source.measures:
         out, jac = ready.jacobian(theta, measure)
         assert np.array_equal(np.isfinite(out), np.full_like(out, True, dtype=bool))
         assert ready.values(theta, measure) == pytest.approx(out, rel=1e-11)  # asin near 90° loses digits
@@ -263,7 +263,7 @@ def test_models_built_together_are_the_models_built_alone() -> None:
     both = build_many(pairs)
     for F, (model, wrt) in zip(both, pairs, strict=True):
         at = sweep(model, 20, 0)
-        measure = F.source.measures[0]
+        measure = F.code.source.measures[0]
         alone = build(model, wrt)
         a, b = (g.prepare(**at).jacobian(g.prepare(**at).p[g.free], measure) for g in (F, alone))
         assert a[0] == pytest.approx(b[0], rel=1e-12) and a[1] == pytest.approx(b[1], rel=1e-12, abs=1e-15)

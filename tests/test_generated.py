@@ -160,5 +160,5 @@ def test_the_compiler_of_the_zig_wheel_serves_where_there_is_no_other(tmp_path: 
 
 def test_symbols_of_a_library_are_prefixed() -> None:
     f = build(models.modified_dahl)
-    library = ctypes.CDLL(str(f.library))
-    assert all(hasattr(library, f"modified_dahl_{k.name}") for k in f.source.kernels)
+    library = ctypes.CDLL(str(f.code.library))
+    assert all(hasattr(library, f"modified_dahl_{k.name}") for k in f.code.source.kernels)

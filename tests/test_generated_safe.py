@@ -85,7 +85,7 @@ int main(void)
 
 def driver(function: Function, rounds: int) -> str:
     """A program that calls every kernel on what the sanitizers watch."""
-    source, model = function.source, function.model
+    source, model = function.code.source, function.model
     columns, batch = len(function.wrt), not model.inputs
     calls = []
     for k in source.kernels:

@@ -23,7 +23,7 @@ def test_limits_of_the_machine_are_of_the_order_of_a_processor() -> None:
 
 def test_a_kernel_is_held_against_the_unit_that_it_keeps_busy_longest() -> None:
     function = build(models.electrodynamic_transducer)
-    kernels = {k.name: k for k in function.source.kernels}
+    kernels = {k.name: k for k in function.code.source.kernels}
     m = machine()
     for roof in roofline(function):
         work, words = kernels[roof.kernel].work, kernels[roof.kernel].words
@@ -40,14 +40,14 @@ def test_a_cost_that_cannot_be_told_from_an_empty_call_is_the_whole_call(
 ) -> None:
     call, empty = (lambda: None), (lambda: None)
     monkeypatch.setattr(codegen_roofline, "fastest", lambda f, _: whole if f is call else bare)
-    kernel = next(k for k in build(models.kelvin_voigt).source.kernels if k.name == "values_real")
+    kernel = next(k for k in build(models.kelvin_voigt).code.source.kernels if k.name == "values_real")
     found = codegen_roofline._nanoseconds(kernel, call, empty)
     assert found == pytest.approx(cost * 1e9 / codegen_roofline.SAMPLES)
 
 
 def test_words_are_what_a_sample_loads_and_stores() -> None:
     """Kelvin and Voigt: F = k z + c v with z, v given, F stored; its two derivatives are z and v."""
-    kernels = {k.name: k.words for k in build(models.kelvin_voigt).source.kernels}
+    kernels = {k.name: k.words for k in build(models.kelvin_voigt).code.source.kernels}
     columns = len(build(models.kelvin_voigt).wrt)
     assert kernels["values_real"] == 3 and kernels["jacobian_real"] == 3 + columns
     assert kernels["sumsq_real"] == 4

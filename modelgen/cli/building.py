@@ -25,7 +25,9 @@ def build_models(specs: Sequence[str], out: Path) -> None:
     check_output(out, folder=True)
     models = [load(spec) for spec in specs or SHIPPED]
     _check_ids(models)
-    functions = [build(model) for model in models]
+    functions = [build(model) for model in models]  # the compiler works on several at a time
+    for function in functions:
+        function.tiers.library()  # a compiler that refuses says so before anything is written
     for model in models:
         generate(model, out)
     to = console()

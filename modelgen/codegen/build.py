@@ -1,5 +1,5 @@
 """Builds models: C text, library in the cache, callable function. What was built once is found again by its
-hash."""
+hash; until the library of a new model is there, the same C compiled in memory answers."""
 
 from __future__ import annotations
 
@@ -9,14 +9,18 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from pathlib import Path
+
+import numpy as np
 
 from modelgen.codegen.compiler import FAST, QUICK, cache_folder, compile_library, find_compiler
 from modelgen.codegen.emit import Kernel, Source, emit, templates_folder
-from modelgen.codegen.function import Function, load
+from modelgen.codegen.function import Function
+from modelgen.codegen.instant import Memory
 from modelgen.codegen.program import build_program
 from modelgen.codegen.real import Work
+from modelgen.codegen.tiers import Code, Tiers
 from modelgen.files import write_atomically
 from modelgen.language import Model
 
@@ -29,19 +33,48 @@ def default_wrt(model: Model) -> tuple[str, ...]:
     return free or tuple(p.name for p in model.scalar_parameters)
 
 
-def build(model: Model, wrt: Sequence[str] | None = None) -> Function:
+def build(model: Model, wrt: Sequence[str] | None = None, *, wait: bool = False) -> Function:
     """Compile `model` and load it.
 
     `wrt` names the parameters by which Jacobians are taken; by default all that are not `known`.
+    wait: return when the optimised library is there. Otherwise that is compiled in the background, and the
+    same C, compiled in memory, answers meanwhile (see `Function`); rounding then depends on when a call
+    comes.
     Raises InputError for a model or name that is wrong, ToolError when there is no compiler or no place to
     write.
     """
-    return _build(model, default_wrt(model) if wrt is None else tuple(wrt))
+    function = _build(model, default_wrt(model) if wrt is None else tuple(wrt))
+    if wait:
+        function.tiers.library()
+    return function
 
 
 @lru_cache(maxsize=64)
 def _build(model: Model, wrt: tuple[str, ...]) -> Function:
-    return build_many([(model, wrt)], ALL, quick=False)[0]
+    key = _key(model, wrt, ALL, None, FAST)
+    kept = _remembered(key)
+    if kept is not None:
+        return _function(model, wrt, Tiers(lambda: Code(*kept)))
+    program = build_program(model, wrt)
+    sketch = program.copy()  # emitting adds to a program, and both are emitted at the same time
+
+    def at_once(kernel: str) -> Code:
+        measure = "complex" if any(program.complex_outputs) else "real"
+        source = emit(sketch, (kernel,), measures=(measure,))
+        return Code(source, Memory(source.source))
+
+    def make() -> Code:
+        source = emit(program, ALL)
+        library = _compile([source], FAST)
+        _remember(key, source, library)
+        return Code(source, library)
+
+    return _function(model, wrt, Tiers(make, at_once))
+
+
+def _function(model: Model, wrt: tuple[str, ...], tiers: Tiers) -> Function:
+    names = [p.name for p in model.scalar_parameters]
+    return Function(model, wrt, np.array([names.index(w) for w in wrt], dtype=int), tiers)
 
 
 def build_many(
@@ -71,12 +104,10 @@ def build_many(
             for k in group:
                 found[k] = (sources[k], library)
                 _remember(k, sources[k], library)
-    return [load(m, w, *_found(found[k])) for k, (m, w) in zip(keys, models, strict=True)]
-
-
-def _found(pair: tuple[Source, Path] | None) -> tuple[Source, Path]:
-    assert pair is not None
-    return pair
+    codes = {k: Code(*pair) for k, pair in found.items() if pair is not None}
+    return [
+        _function(m, w, Tiers(partial(codes.__getitem__, k))) for k, (m, w) in zip(keys, models, strict=True)
+    ]
 
 
 def _prefix(model: Model, key: str, count: int) -> str:

@@ -70,9 +70,10 @@ def find_compiler() -> Compiler:
 @cache
 def _machine() -> str:
     """What -march=native stands for here."""
-    text = platform.machine() + platform.processor()
-    info = Path("/proc/cpuinfo")
-    if info.exists():
+    text, info = platform.machine(), Path("/proc/cpuinfo")
+    if not info.exists():
+        text += platform.processor()  # may start a process to find out
+    else:
         for line in info.read_text(errors="replace").splitlines():
             if line.startswith(("flags", "Features", "model name")):
                 text += line
@@ -121,7 +122,8 @@ def compile_library(files: dict[str, str], level: tuple[str, ...] = FAST) -> Pat
     if target.exists():
         return target
     try:
-        with tempfile.TemporaryDirectory(prefix="build-", dir=cache_folder()) as folder:
+        folder = tempfile.mkdtemp(prefix="build-", dir=cache_folder())
+        try:
             for name, text in files.items():
                 (Path(folder) / name).write_text(text)
             sources = [n for n in files if n.endswith(".c")]
@@ -138,6 +140,8 @@ def compile_library(files: dict[str, str], level: tuple[str, ...] = FAST) -> Pat
                     f"the C compiler ({compiler.command[0]}) refused {', '.join(sources)}: {first.strip()}"
                 )
             os.replace(Path(folder) / "out.so", target)
+        finally:  # a TemporaryDirectory would also go when a child that was forked meanwhile ends
+            shutil.rmtree(folder, ignore_errors=True)
     except OSError as why:
         raise ToolError(f"can't compile into '{cache_folder()}': {why.strerror or why}") from why
     return target

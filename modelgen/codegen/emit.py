@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from modelgen.codegen.compiler import cache_folder
 from modelgen.codegen.ctext import c_name, comment
 from modelgen.codegen.fused import normal, sumsq
 from modelgen.codegen.kernels import Region, Stages
@@ -55,8 +56,11 @@ def templates_folder() -> Path:
 def environment() -> Any:
     import jinja2
 
+    parsed = cache_folder() / "templates"
+    parsed.mkdir(exist_ok=True)
     return jinja2.Environment(
         loader=jinja2.FileSystemLoader(templates_folder()),
+        bytecode_cache=jinja2.FileSystemBytecodeCache(str(parsed)),
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

@@ -1,4 +1,4 @@
-"""A compiled model: callable from Python, with exact derivatives. Addresses are taken once, at loading."""
+"""A compiled model: callable from Python, with exact derivatives."""
 
 from __future__ import annotations
 
@@ -7,20 +7,18 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from modelgen.codegen.emit import Source
 from modelgen.codegen.loops import PADDED
+from modelgen.codegen.tiers import Code, Tiers
 from modelgen.errors import InputError, did_you_mean
 from modelgen.language import Model
 
 Array = np.ndarray[Any, np.dtype[Any]]
 LINE = 64  # bytes
 PAGE = 512  # numbers
-_SIZE, _POINTER = ctypes.c_size_t, ctypes.c_void_p
 
 
 @dataclass(frozen=True)
@@ -31,6 +29,7 @@ class Prepared:
     """
 
     function: Function
+    code: Code
     n: int
     stride: int
     work: Array
@@ -49,20 +48,18 @@ class Prepared:
 
     def values(self, theta: Sequence[float] | Array, measure: str) -> Array:
         """Channels of `measure`, shape (channels, n)."""
-        p, out = self._with(theta), aligned(self.function.channels(measure), self.stride, fill=None)
-        self.function.call(f"values_{measure}", self.n, self.stride, self._work, p, out)
+        p, out = self._with(theta), aligned(self.code.channels(measure), self.stride, fill=None)
+        self.code.call(f"values_{measure}", self.n, self.stride, self._work, p, out)
         return out[:, : self.n]
 
     def jacobian(self, theta: Sequence[float] | Array, measure: str) -> tuple[Array, Array]:
         """Channels (channels, n) and their derivatives (channels, columns, n)."""
-        channels, columns = self.function.channels(measure), len(self.function.wrt)
+        channels, columns = self.code.channels(measure), len(self.function.wrt)
         # one block, since an address costs as much as 100 samples
         both = aligned(1 + columns, channels, self.stride, fill=None)
         at = both.ctypes.data
         jac_at = at + both[0].nbytes
-        self.function.call(
-            f"jacobian_{measure}", self.n, self.stride, self._work, self._with(theta), at, jac_at
-        )
+        self.code.call(f"jacobian_{measure}", self.n, self.stride, self._work, self._with(theta), at, jac_at)
         jac = both[1:].reshape(channels, columns, self.stride)
         return both[0, :, : self.n], jac[:, :, : self.n]
 
@@ -77,7 +74,7 @@ class Prepared:
         `pad`."""
         thetas = np.ascontiguousarray(thetas, dtype=float)
         ssq = np.empty(len(thetas))
-        self.function.call(
+        self.code.call(
             f"sumsq_{measure}", len(thetas), self.n, self.stride, self.work, self.p, thetas, data, weight, ssq
         )
         return ssq
@@ -88,7 +85,7 @@ class Prepared:
         """e·e, Jᵀe and JᵀJ of the weighted residual e = weight (model − data)."""
         columns = len(self.function.wrt)
         flat = np.empty(columns * (columns + 1) // 2 + columns + 1)
-        self.function.call(
+        self.code.call(
             f"normal_{measure}", self.n, self.stride, self.work, self._with(theta), data, weight, flat
         )
         full = np.zeros((columns, columns))
@@ -105,21 +102,21 @@ class Function:
     Call it with inputs and parameters by name (parameters left out take their defaults) for the first output,
     or the tuple of outputs when there are several real ones.
     `wrt`: parameters by which `jacobian` has columns, in order.
+
+    Calls, `jacobian` and `all` are answered by what is there: the optimised library or, as long as that is
+    being compiled, the same C compiled in memory (equal but for rounding, and slower). `prepare`, and with it
+    every fit, waits for the library, as does `code`. What the compiler complains of, the next call raises.
     """
 
     model: Model
     wrt: tuple[str, ...]
-    source: Source
-    library: Path
-    addresses: Mapping[str, Any]
     free: Array
+    tiers: Tiers
 
-    def channels(self, measure: str) -> int:
-        return len(self.source.outputs) * (2 if measure == "complex" else 1)
-
-    def call(self, kernel: str, *args: Any) -> None:
-        """Call a C kernel; arrays go by address."""
-        self.addresses[kernel](*(a.ctypes.data if isinstance(a, np.ndarray) else a for a in args))
+    @property
+    def code(self) -> Code:
+        """The optimised library, waited for. Raises ToolError when the compiler refused."""
+        return self.tiers.library()
 
     def _arguments(self, given: Mapping[str, Any]) -> tuple[dict[str, Array], Array, tuple[int, ...]]:
         model = self.model
@@ -160,51 +157,38 @@ class Function:
 
     def prepare(self, /, **given: Any) -> Prepared:
         """Make a recording (inputs, values of parameters by name) ready for many evaluations."""
-        inputs, p, _ = self._arguments(given)
+        return self._prepared(self.code, *self._arguments(given)[:2])
+
+    def _prepared(self, code: Code, inputs: dict[str, Array], p: Array) -> Prepared:
         arrays = tuple(inputs.values())
         n = len(arrays[0])
         stride = padded(n)
-        work = aligned(max(1, self.source.staged), stride)
+        work = aligned(max(1, code.source.staged), stride)
         if self.model.inputs:
-            self.call("prepare", n, stride, _pointers(arrays), p, work)
-        return Prepared(self, n, stride, work, p, arrays)
+            code.call("prepare", n, stride, _pointers(arrays), p, work)
+        return Prepared(self, code, n, stride, work, p, arrays)
 
     def _evaluate(
         self, given: Mapping[str, Any], jacobian: bool
     ) -> tuple[list[Array], list[Array], tuple[int, ...]]:
         inputs, p, shape = self._arguments(given)
-        measure = "complex" if any(self.source.complex_outputs) else "real"
-        if self.model.inputs:
-            prepared = self.prepare(**given)
-            theta = p[self.free]
-            out, jac = (
-                prepared.jacobian(theta, measure) if jacobian else (prepared.values(theta, measure), None)
-            )
-        else:
-            arrays, n = tuple(inputs.values()), len(next(iter(inputs.values())))
-            out = np.empty((self.channels(measure), n))
-            jac = np.empty((len(out), len(self.wrt), n)) if jacobian else None
-            self.call(
-                f"{'jacobian' if jacobian else 'values'}_{measure}",
-                n,
-                n,
-                _pointers(arrays),
-                out,
-                *([jac] if jacobian else []),
-            )
-        values = (
-            [out[2 * k] + 1j * out[2 * k + 1] for k in range(len(out) // 2)]
-            if measure == "complex"
-            else list(out)
-        )
-        slopes: list[Array] = []
-        if jac is not None:
-            slopes = (
-                [jac[2 * k] + 1j * jac[2 * k + 1] for k in range(len(jac) // 2)]
-                if measure == "complex"
-                else list(jac)
-            )
-        return values, slopes, shape
+        kernel = "jacobian" if jacobian else "values"
+        with self.tiers.answer(kernel) as code:
+            measure = "complex" if any(code.source.complex_outputs) else "real"
+            jac = None
+            if self.model.inputs:
+                prepared, theta = self._prepared(code, inputs, p), p[self.free]
+                if jacobian:
+                    out, jac = prepared.jacobian(theta, measure)
+                else:
+                    out = prepared.values(theta, measure)
+            else:
+                arrays, n = tuple(inputs.values()), len(next(iter(inputs.values())))
+                out = np.empty((code.channels(measure), n))
+                jac = np.empty((len(out), len(self.wrt), n)) if jacobian else None
+                results = (out,) if jac is None else (out, jac)
+                code.call(f"{kernel}_{measure}", n, n, _pointers(arrays), *results)
+        return _joined(out, measure), [] if jac is None else _joined(jac, measure), shape
 
     def __call__(self, /, **given: Any) -> Any:
         """Outputs at the inputs' shape: one array, or a tuple when several real outputs are declared."""
@@ -223,15 +207,23 @@ class Function:
         inputs, p, shape = self._arguments(given)
         arrays = tuple(inputs.values())
         n = len(arrays[0])
-        rows = sum(2 if c else 1 for _, c in self.source.equations)
-        out = np.empty((rows, n))
-        self.call("all", n, n, _pointers(arrays), *([p] if self.model.inputs else []), out)
+        with self.tiers.answer("all") as code:
+            equations = code.source.equations
+            out = np.empty((sum(2 if c else 1 for _, c in equations), n))
+            code.call("all", n, n, _pointers(arrays), *([p] if self.model.inputs else []), out)
         result: dict[str, Array] = {}
         at = 0
-        for name, is_complex in self.source.equations:
+        for name, is_complex in equations:
             result[name] = (out[at] + 1j * out[at + 1] if is_complex else out[at]).reshape(shape)
             at += 2 if is_complex else 1
         return result
+
+
+def _joined(rows: Array, measure: str) -> list[Array]:
+    """Channels as they are, or two each as one complex."""
+    if measure != "complex":
+        return list(rows)
+    return [rows[2 * k] + 1j * rows[2 * k + 1] for k in range(len(rows) // 2)]
 
 
 def padded(n: int) -> int:
@@ -252,20 +244,3 @@ def aligned(*shape: int, fill: float | None = 0.0) -> Array:
 
 def _pointers(arrays: Sequence[Array]) -> Any:
     return (ctypes.c_void_p * max(1, len(arrays)))(*(a.ctypes.data for a in arrays))
-
-
-def load(model: Model, wrt: tuple[str, ...], source: Source, library: Path) -> Function:
-    """Load a library and take the addresses of a model's kernels."""
-    handle = ctypes.CDLL(str(library))
-    addresses = {}
-    for k in source.kernels:
-        f = getattr(handle, f"{source.prefix}_{k.name}")
-        f.restype = None
-        f.argtypes = [
-            _SIZE if "size_t" in a else _POINTER for a in k.signature[k.signature.index("(") :].split(",")
-        ]
-        addresses[k.name] = f
-    names = [p.name for p in model.scalar_parameters]
-    return Function(
-        model, wrt, source, library, addresses, np.array([names.index(w) for w in wrt], dtype=int)
-    )

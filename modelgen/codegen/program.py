@@ -4,7 +4,7 @@ pairs."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -56,6 +56,12 @@ class Program:
     step: Sample
     first: Sample | None
     roots: tuple[Root, ...]
+
+    def copy(self) -> Program:
+        """The same program, with graphs of its own."""
+        first = self.first and replace(self.first, graph=self.first.graph.copy())
+        roots = tuple(replace(r, graph=r.graph.copy()) for r in self.roots)
+        return replace(self, step=replace(self.step, graph=self.step.graph.copy()), first=first, roots=roots)
 
 
 def sensitivity(state: str, direction: int) -> str:
@@ -155,6 +161,7 @@ class _Reader:
         self.translator = translator
         self.symbols: list[Any] = [translator.j]
         self.pairs: list[Pair] = [(None, graph.const(1.0))]
+        self.done: dict[tuple[Any, ...], Pair] = {}  # arguments of calls have much in common
         for name, symbol in named.items():
             self._bind(symbol, (graph.input(name), None))
         for name, symbol in plain.items():
@@ -207,7 +214,10 @@ def _execute(reader: _Reader, exprs: list[Any]) -> list[Pair]:
         elif op == ca.OP_OUTPUT:
             result[o[1]] = work[i[0]]
         else:
-            work[o[0]] = table[op](c, *(work[a] for a in i))
+            step = (op, *(work[a] for a in i))
+            if step not in reader.done:
+                reader.done[step] = table[op](c, *step[1:])
+            work[o[0]] = reader.done[step]
     return result
 
 

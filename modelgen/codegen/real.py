@@ -25,8 +25,7 @@ BINARY: dict[str, Callable[[float, float], float]] = {
 COMMUTATIVE = {"add", "mul", "fmin", "fmax", "eq", "ne", "and", "or"}
 
 
-@dataclass(frozen=True)
-class Node:
+class Node(NamedTuple):
     """One operation. `op` is "const" (value in `data`), "in" (name in `data`), "call" (function in `data`),
     or a name above."""
 
@@ -43,6 +42,10 @@ class Graph:
     nodes: list[Node] = field(default_factory=list)
     labels: dict[int, tuple[str, str]] = field(default_factory=dict)  # node → (name, comment)
     _index: dict[Node, int] = field(default_factory=dict)
+
+    def copy(self) -> Graph:
+        """The same nodes; what is added to one is not added to the other."""
+        return Graph(list(self.nodes), dict(self.labels), dict(self._index))
 
     def _put(self, node: Node) -> int:
         at = self._index.get(node)

@@ -84,7 +84,7 @@ def roofline(function: Function) -> tuple[Roof, ...]:
     """Each kernel of `function` on a recording that stays in the first cache; one core."""
     iterates = any(isinstance(s, Implicit) for s in function.model.statements)
     calls, empty = _calls(function, SAMPLES), _calls(function, 0)
-    pairs = zip(function.source.kernels, calls, empty, strict=True)
+    pairs = zip(function.code.source.kernels, calls, empty, strict=True)
     return tuple(_roof(k, _nanoseconds(k, c, e), iterates) for k, c, e in pairs)
 
 
@@ -121,8 +121,8 @@ def _calls(function: Function, n: int) -> list[Callable[[], None]]:
     stride, p, work = ready.stride, ready.p, ready.work
     inputs = (ctypes.c_void_p * max(1, len(ready.inputs)))(*(a.ctypes.data for a in ready.inputs))
     theta = np.tile(p[function.free], (SETS, 1)) if model.inputs else np.zeros((SETS, 0))
-    channels, columns = 2 * len(function.source.outputs), len(function.wrt)
-    rows = 2 * len(function.source.equations)
+    channels, columns = 2 * len(function.code.source.outputs), len(function.wrt)
+    rows = 2 * len(function.code.source.equations)
     out, jac = aligned(max(channels, rows), stride), aligned(channels * max(1, columns), stride)
     data, weight, ssq = aligned(channels, stride), aligned(channels, stride) + 1.0, np.zeros(SETS)
     normal = np.zeros((columns + 1) * (columns + 2) // 2)
@@ -136,12 +136,12 @@ def _calls(function: Function, n: int) -> list[Callable[[], None]]:
         "all": (inputs, p, out) if model.inputs else (inputs, out),
     }
     made: list[Callable[[], None]] = []
-    for k in function.source.kernels:
+    for k in function.code.source.kernels:
         kind = k.name.split("_")[0]
         size = (n, stride if n else 0)
         first = (SETS if n else 0, *size) if kind == "sumsq" else size
         args = tuple(a.ctypes.data if isinstance(a, np.ndarray) else a for a in (*first, *ends[kind]))
-        call = function.addresses[k.name]
+        call = function.code.addresses[k.name]
         keep = (ready, theta, out, jac, data, weight, ssq, normal)  # alive as long as their addresses
         made.append(partial(_run, call, args, keep))
     return made

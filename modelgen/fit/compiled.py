@@ -47,7 +47,7 @@ class Fused:
     def table(self, local: Array) -> Recording:
         """The C structure; arrays stay ours."""
         f, ready = self.prepared.function, self.prepared
-        called = (f.addresses[f"{k}_{self.measure}"] for k in ("normal", "sumsq"))
+        called = (f.code.addresses[f"{k}_{self.measure}"] for k in ("normal", "sumsq"))
         kernels = (ctypes.cast(c, ctypes.c_void_p) for c in called)
         arrays = (ready.work, ready.p, self.data, self.weight, f.free, self.place, self.held, local)
         return Recording(

@@ -206,8 +206,8 @@ class Experiment:
         chosen = whiteners or [s.whitener for s in self.series]
         for s, w in zip(self.series, chosen, strict=True):
             kernels = {f"sumsq_{s.measure}", f"normal_{s.measure}"}
-            there = kernels <= set(self.function.addresses)
-            whole = len(s.rows) == self.function.channels(s.measure)
+            there = kernels <= set(self.function.code.addresses)
+            whole = len(s.rows) == self.function.code.channels(s.measure)
             if w.root is not None or w.ar is not None or not (there and whole):
                 return None
         weights = [w.weight for w in chosen]

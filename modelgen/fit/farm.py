@@ -125,7 +125,7 @@ def _drawn(origin: bytes, draws: Mapping[str, Any]) -> Any:
     from modelgen.codegen import build
 
     (model,) = pickle.loads(origin)
-    out = build(model)(**draws)
+    out = build(model, wait=True)(**draws)
     return np.asarray(out[0] if isinstance(out, tuple) else out)
 
 

@@ -46,6 +46,7 @@ def propagate(function: Function, draws: Mapping[str, Array], executor: Executor
     if executor is not None:
         return np.asarray(draw_many(function, draws, executor))
     parts = [slice(k, k + CHUNK) for k in range(0, m, CHUNK)]
+    function.tiers.library()
 
     def run(part: slice) -> Array:
         out = function(**{n: x[part] for n, x in draws.items()})

@@ -34,7 +34,7 @@ LACKS = (
 @cache
 def _function(surface: str) -> Function:
     free = ("R_q_1", "R_q_2") if surface == "roughness" else ("D_1", "D_2")
-    return build(contact_model(surface), free)
+    return build(contact_model(surface), free, wait=True)
 
 
 def damping(name: str) -> float:

@@ -17,7 +17,7 @@ def misprints() -> Found:
     values = {**ASSUMED, **DAMPING, **TRUE}
     right = function().all(f=np.array([F]), **values)
     Z = complex(right["Z"][0])
-    wrong = complex(build(MODEL.variant(eddy_sign="printed"))(f=np.array([F]), **values)[0])
+    wrong = complex(build(MODEL.variant(eddy_sign="printed"), wait=True)(f=np.array([F]), **values)[0])
     K, literal = _stiffness()
     G = [roughness(0.347, dimension(0.347)), _homogeneous(0.347, dimension(0.347))]
     rows = (

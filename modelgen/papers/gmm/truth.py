@@ -38,7 +38,7 @@ FREQUENCIES = np.linspace(1000.0, 2500.0, 301)
 @cache
 def function() -> Function:
     """The model with derivatives by the six constants."""
-    return build(MODEL, SIX)
+    return build(MODEL, SIX, wait=True)
 
 
 def impedance(f: np.ndarray[Any, Any], values: Mapping[str, float] = TRUE) -> np.ndarray[Any, Any]:

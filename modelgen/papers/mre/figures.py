@@ -56,7 +56,8 @@ def _stiffness(canvas: Canvas, sample: str) -> None:
         name = f"{sample} {M}"
         f, k_s = sweep(name)
         if sample == "S1":
-            axes.plot(RANGE, build(complex_stiffness)(f=RANGE, A_z=A_SWEEP, **STAGE_4[M])[0], color=MUTED,
+            F = build(complex_stiffness, wait=True)
+            axes.plot(RANGE, F(f=RANGE, A_z=A_SWEEP, **STAGE_4[M])[0], color=MUTED,
                       dashes=(3, 2), label="Dahl, published")  # fmt: skip
         for model, held, colour, label in (
             (complex_stiffness, {"rho": 1.46}, BEFORE, "Dahl, refitted"),
@@ -65,7 +66,7 @@ def _stiffness(canvas: Canvas, sample: str) -> None:
             found = fit_sweep(model, name, held)
             values = held | {p.name: p.value for p in found.parameters}
             values |= {"A_z": A_SWEEP} if model is complex_stiffness else {}
-            axes.plot(RANGE, build(model)(f=RANGE, **values)[0], color=colour, label=label)
+            axes.plot(RANGE, build(model, wait=True)(f=RANGE, **values)[0], color=colour, label=label)
         if sample == "S1":
             cycles = swept(name).values
             dots(axes, cycles["f"][::4], cycles["k_s"][::4], MARK, 2.4)

@@ -122,7 +122,7 @@ def truth() -> dict[str, float]:
 def six_jointly() -> FitResult:
     """Six synthetic recordings at 1 Hz, two fields and three amplitudes; one is held out."""
     model, rng = varied(), np.random.default_rng(6)
-    f, t = build(model), np.arange(0, 4, 1 / 200)
+    f, t = build(model, wait=True), np.arange(0, 4, 1 / 200)
     recordings = []
     for M, A in SIX:
         z, v = -A * np.cos(2 * np.pi * t), A * 2 * np.pi * np.sin(2 * np.pi * t)

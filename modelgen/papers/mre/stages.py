@@ -128,7 +128,7 @@ def scale(cycle: Cycle) -> Array:
 @cache
 def function() -> Function:
     """The model with derivatives by the four parameters."""
-    return build(modified_dahl, FOUR)
+    return build(modified_dahl, FOUR, wait=True)
 
 
 def fitted_to(cycle: Cycle) -> Experiment:

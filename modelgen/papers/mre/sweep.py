@@ -119,7 +119,8 @@ def swept(name: str = "S1 M0") -> Loops:
     t = np.arange(0, DURATION, 1 / RATE)
     rise = np.log(HIGHEST / LOWEST) / DURATION
     z = -A_SWEEP * np.cos(2 * np.pi * LOWEST * np.expm1(rise * t) / rise)
-    F = build(fractional_kelvin_voigt)(t=t, z=z, k_D=0.0, F_0=0.0, z_rest=float(z[0]), **springpot(name))
+    model = build(fractional_kelvin_voigt, wait=True)
+    F = model(t=t, z=z, k_D=0.0, F_0=0.0, z_rest=float(z[0]), **springpot(name))
     rng = np.random.default_rng(4)
     less = (RATE / 4000.0) ** 0.5  # each sample the mean of ten
     noise = [less * x * rng.standard_normal(t.size) for x in (NOISE_Z, NOISE_F)]

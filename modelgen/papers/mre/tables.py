@@ -114,7 +114,7 @@ def mean_force(stress: tuple[str, str]) -> float:
 
 def steady(case: str, quantity: str, A: float = A_STATIC, f: float = F_STATIC) -> float:
     """k_s [N/mm] or h_s [N] of a steady cycle of the modified Dahl model with the published stage 4."""
-    k_s, loss = build(complex_stiffness)(f=f, A_z=A, **STAGE_4[case])
+    k_s, loss = build(complex_stiffness, wait=True)(f=f, A_z=A, **STAGE_4[case])
     return float(k_s if quantity == "k_s" else k_s * A * np.sin(np.radians(loss)))
 
 

@@ -42,7 +42,7 @@ def record(case: str, seed: int = 0) -> tuple[Array, Array, Array]:
     t = np.arange(round(CYCLES / FREQUENCY * RATE)) / RATE
     phase = 2 * np.pi * FREQUENCY * (t - SHIFT[case])
     z = -A_Z * np.cos(phase)
-    f = build(modified_dahl)
+    f = build(modified_dahl, wait=True)
     F = f(t=t, z=z, v=A_Z * 2 * np.pi * FREQUENCY * np.sin(phase), F_0=OFFSET[case], **STAGE_4[case])
     rng = np.random.default_rng(seed)
     return (
