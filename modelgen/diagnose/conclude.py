@@ -22,6 +22,7 @@ from modelgen.diagnose.refit import Fit
 from modelgen.diagnose.search import claimless
 from modelgen.diagnose.setting import Outcome, Setting
 from modelgen.diagnose.show import port_curve, port_sensitivities, traces
+from modelgen.diagnose.unlisted import with_rivals
 from modelgen.diagnose.verdict import Finding, Trial, Verdict
 from modelgen.fit.result import Estimate
 from modelgen.fit.series import Array
@@ -39,11 +40,12 @@ def conclude(
 ) -> Verdict:
     """Put the argument together. A claim from sweeps that the hold-out refutes is withdrawn."""
     sensitivities = port_sensitivities(setting, outcome.base)
+    outcome = with_rivals(setting, outcome)
     gate = judge_adequacy(setting, outcome, sensitivities, oddity)
     standing = standings(outcome) if not gate.unknown else ()
     best = outcome.best
     if gate.unknown:
-        best = described(setting, outcome, gate.leftover) or outcome.base
+        best = gate.fit or described(setting, outcome, gate.leftover) or outcome.base
     held = look_at_holdout(setting, outcome.base, best, gate.scale)
     if best.hypothesis.added and not setting.model.is_time_model and outcome.judge.temper == 1.0:
         worse = _worse(held)

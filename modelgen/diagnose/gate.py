@@ -13,6 +13,7 @@ from modelgen.diagnose.oddities import lone
 from modelgen.diagnose.recolour import GROSS_ESTIMATED
 from modelgen.diagnose.refit import Fit
 from modelgen.diagnose.setting import Outcome, Setting
+from modelgen.diagnose.unlisted import cheaper
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
 
@@ -47,6 +48,8 @@ class Gate:
     scale: float
     noise: str
     notes: tuple[str, ...]
+    fit: Fit | None = None
+    """The base with what no catalogue holds, where that is fitted already."""
 
 
 def judge_adequacy(
@@ -68,6 +71,7 @@ def judge_adequacy(
     floor = _floor(after, scatter, sum(e.size for e in plain), stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
     unknown = _unexplained(outcome, left, gross, explained)
+    rival = cheaper(outcome)
     other = None if unknown else _imitated(setting, outcome, sensitivities) or _line(outcome)
     notes: tuple[str, ...] = ()
     if other is None and oddity is not None and not unknown:
@@ -77,11 +81,21 @@ def judge_adequacy(
             other = oddity
     if other is not None:
         unknown, left = True, other
-    structured = other is not None or left.gain > LEFT
+    elif rival is not None:
+        unknown, left = True, _leftover(outcome, *rival)
+    structured = other is not None or rival is not None or left.gain > LEFT
     notes += _far_notes(outcome, unknown, left, explained, np.sqrt(after / floor)) if far else ()
     probability = float(1 / (1 + np.exp(-min(left.gain, 60.0) / 2 + 5.0))) if structured else 0.9
     words = _noise_words(setting, outcome, after, stated)
-    return Gate(unknown, left, probability, floor, float(np.sqrt(floor)), words, notes)
+    fit = rival[0] if rival is not None and other is None else None
+    return Gate(unknown, left, probability, floor, float(np.sqrt(floor)), words, notes, fit)
+
+
+def _leftover(outcome: Outcome, fit: Fit, more: float) -> Leftover:
+    """A fit of what no catalogue holds as a description; its gain is what it has before the best that is
+    listed."""
+    a = fit.hypothesis.added[0]
+    return Leftover(more + LEFT, outcome.base.chi2 - fit.chi2, a.port.name, a.effect.says)
 
 
 def _plain(setting: Setting, fit: Fit) -> list[Array]:
