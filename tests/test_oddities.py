@@ -1,11 +1,12 @@
-"""Outliers that are no accidents: saturation of a force record, and the mains in impedance sweeps."""
+"""Errors that are no accidents: saturation of a force record, and the mains in impedance sweeps."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
-from modelgen.diagnose.oddities import lone, mains, saturation
+from modelgen.diagnose.oddities import hum, lone, mains, saturation
 from modelgen.fit.series import Series, Whitener
 
 SIGMA = 2e-3
@@ -85,6 +86,37 @@ def test_noise_and_scattered_gross_errors_are_no_mains() -> None:
             e[:, rng.random(e.shape[1]) < 0.01] += 20.0
         alarms += mains(f, white, "electrical")[0] is not None
     assert alarms <= 2
+
+
+def _humming(size: float, seed: int, colour: float = 0.0) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Two sweeps of 301 frequencies, 1 to 2.5 kHz; the 21st harmonic and all odd ones above leak through a
+    filter 4 Hz wide."""
+    rng = np.random.default_rng(seed)
+    f = [np.linspace(1000, 2500, 301)] * 2
+    away = [np.min(np.abs(x - 50.0 * np.arange(21, 50, 2)[:, None]), axis=0) for x in f]
+    noise = [lfilter([1.0], [1.0, -colour], rng.standard_normal((2, 301))) for _ in f]
+    return f, [e + size * np.exp(-((d / 4) ** 2)) for e, d in zip(noise, away, strict=True)]
+
+
+def test_many_weak_harmonics_make_a_hum_that_no_outlier_shows() -> None:
+    f, white = _humming(3.0, seed=0)
+    assert mains(f, white, "electrical")[0] is None
+    found, marks = hum(f, white, "electrical")
+    assert found is not None and found.port == "electrical" and "odd multiples of 50 Hz" in found.says
+    for x, m in zip(f, marks, strict=True):
+        assert m[np.argmin(np.abs(x - 1350))] and not m[np.argmin(np.abs(x - 1400))]
+
+
+@pytest.mark.parametrize("colour", [0.0, 0.9])
+def test_noise_of_any_colour_does_not_hum(colour: float) -> None:
+    assert all(hum(*_humming(0.0, seed, colour), "electrical")[0] is None for seed in range(40))
+
+
+def test_one_narrow_resonance_at_a_harmonic_does_not_hum() -> None:
+    f, white = _humming(0.0, seed=0)
+    for x, e in zip(f, white, strict=True):
+        e[0] += 60 / (1 + ((x - 1350) / 3) ** 2)
+    assert hum(f, white, "electrical")[0] is None
 
 
 @pytest.mark.parametrize(("width", "narrow"), [(0.002, True), (0.1, False)])

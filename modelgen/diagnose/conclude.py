@@ -11,9 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from modelgen.diagnose.averaged import averaged, parameters
-from modelgen.diagnose.describe import described
 from modelgen.diagnose.evidence import effective
-from modelgen.diagnose.gate import Gate, judge_adequacy
+from modelgen.diagnose.gate import Gate, judge_adequacy, modelled
 from modelgen.diagnose.generic import Leftover
 from modelgen.diagnose.holdout import Held, look_at_holdout
 from modelgen.diagnose.locate import locate
@@ -40,12 +39,14 @@ def conclude(
 ) -> Verdict:
     """Put the argument together. A claim from sweeps that the hold-out refutes is withdrawn."""
     sensitivities = port_sensitivities(setting, outcome.base)
-    outcome = with_rivals(setting, outcome)
+    if outcome.best.hypothesis.added:
+        outcome = with_rivals(setting, outcome)
     gate = judge_adequacy(setting, outcome, sensitivities, oddity)
     standing = standings(outcome) if not gate.unknown else ()
     best = outcome.best
     if gate.unknown:
-        best = gate.fit or described(setting, outcome, gate.leftover) or outcome.base
+        gate = modelled(setting, outcome, gate)
+        best = gate.fit or outcome.base
     held = look_at_holdout(setting, outcome.base, best, gate.scale)
     if best.hypothesis.added and not setting.model.is_time_model and outcome.judge.temper == 1.0:
         worse = _worse(held)

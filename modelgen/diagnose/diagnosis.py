@@ -13,7 +13,7 @@ from modelgen.diagnose.conclude import conclude
 from modelgen.diagnose.generic import Leftover
 from modelgen.diagnose.hypothesis import Hypothesis, additions, make_hypotheses
 from modelgen.diagnose.noise import masked, outliers_of
-from modelgen.diagnose.oddities import mains, saturation
+from modelgen.diagnose.oddities import hum, mains, saturation
 from modelgen.diagnose.refit import Fit, Judge, base_starts
 from modelgen.diagnose.scales import port_scale, record_scales
 from modelgen.diagnose.search import search, white_judge
@@ -113,7 +113,10 @@ def _oddity(
         return None, marks
     ports = {p.name for p in model.ports}
     port = "electrical" if "electrical" in ports else min(ports, default="model")
-    found, more = mains([s.inputs[model.axis] for s in series], white, port)
+    f = [s.inputs[model.axis] for s in series]
+    found, more = mains(f, white, port)
+    if found is None:
+        found, more = hum(f, white, port)
     return found, tuple(a | b for a, b in zip(marks, more, strict=True))
 
 

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from modelgen.diagnose.describe import described
 from modelgen.diagnose.generic import Leftover, leftover
 from modelgen.diagnose.oddities import lone
 from modelgen.diagnose.recolour import GROSS_ESTIMATED
 from modelgen.diagnose.refit import Fit
-from modelgen.diagnose.setting import Outcome, Setting
-from modelgen.diagnose.unlisted import cheaper
+from modelgen.diagnose.setting import ALARM, Outcome, Setting
+from modelgen.diagnose.unlisted import best_unlisted, cheaper, with_rivals
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
 
@@ -32,8 +33,9 @@ BETTER = 0.9
 evidence."""
 CREDIBLE = 1.35
 """A stated noise is believed when the best hypothesis leaves 1/CREDIBLE to CREDIBLE times as much."""
-GROSS = 3.0
-"""A residual this many times the stated noise is not noise, whatever it looks like."""
+GROSS = 2.3
+"""A residual this many times the stated noise is not noise, whatever it looks like: a factor of two is soon
+forgotten, more is not."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ class Gate:
     noise: str
     notes: tuple[str, ...]
     fit: Fit | None = None
-    """The base with what no catalogue holds, where that is fitted already."""
+    """The base with what no catalogue holds."""
 
 
 def judge_adequacy(
@@ -82,7 +84,7 @@ def judge_adequacy(
     if other is not None:
         unknown, left = True, other
     elif rival is not None:
-        unknown, left = True, _leftover(outcome, *rival)
+        unknown, left = True, _leftover(outcome, rival[0], rival[1] + LEFT)
     structured = other is not None or rival is not None or left.gain > LEFT
     notes += _far_notes(outcome, unknown, left, explained, np.sqrt(after / floor)) if far else ()
     probability = float(1 / (1 + np.exp(-min(left.gain, 60.0) / 2 + 5.0))) if structured else 0.9
@@ -91,11 +93,21 @@ def judge_adequacy(
     return Gate(unknown, left, probability, floor, float(np.sqrt(floor)), words, notes, fit)
 
 
-def _leftover(outcome: Outcome, fit: Fit, more: float) -> Leftover:
-    """A fit of what no catalogue holds as a description; its gain is what it has before the best that is
-    listed."""
+def modelled(setting: Setting, outcome: Outcome, gate: Gate) -> Gate:
+    """The gate with a model of what is unknown, the best that there is; None where nothing describes it."""
+    if gate.fit is not None or not gate.leftover.terms:
+        return gate
+    terms = described(setting, outcome, gate.leftover)
+    other = best_unlisted(with_rivals(setting, outcome))
+    if other is None or outcome.base.bic - other.bic < ALARM or (terms is not None and terms.bic < other.bic):
+        return replace(gate, fit=terms)
+    return replace(gate, fit=other, leftover=_leftover(outcome, other, gate.leftover.gain))
+
+
+def _leftover(outcome: Outcome, fit: Fit, gain: float) -> Leftover:
+    """A fit of what no catalogue holds, as a description."""
     a = fit.hypothesis.added[0]
-    return Leftover(more + LEFT, outcome.base.chi2 - fit.chi2, a.port.name, a.effect.says)
+    return Leftover(gain, outcome.base.chi2 - fit.chi2, a.port.name, a.effect.says)
 
 
 def _plain(setting: Setting, fit: Fit) -> list[Array]:

@@ -29,10 +29,10 @@ def outliers(white: Array, signal: Array | None = None) -> Array:
     if n < 15:
         return np.zeros(n, dtype=bool)
     far, near = np.zeros(n), np.zeros(n)
-    peaks = np.zeros(n) if signal is None else MISSED * np.hypot.reduce([_alone(x) for x in signal])
+    peaks = np.zeros(n) if signal is None else MISSED * np.hypot.reduce([off_neighbours(x) for x in signal])
     peaks = np.lib.stride_tricks.sliding_window_view(np.pad(peaks, 3, mode="reflect"), 7).max(axis=1)
     for x in white:
-        alone = _alone(x)
+        alone = off_neighbours(x)
         level = 1.4826 * np.median(np.abs(alone))
         # where the signal itself is rough (reversals), neighbours are far off as well: compare with the local
         # level
@@ -58,7 +58,7 @@ def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
     return outliers(white, None if e.model.is_time_model else w.apply(raw + s.data))
 
 
-def _alone(x: Array) -> Array:
+def off_neighbours(x: Array) -> Array:
     """How far each of (n,) samples is from the median of seven about it."""
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(x, 3, mode="reflect"), 7)
     return np.asarray(x - np.median(windows, axis=1))

@@ -1,4 +1,4 @@
-"""Outliers that are no accidents: a sensor that saturates, and the mains in a sweep."""
+"""Errors that are no accidents: a sensor that saturates, and the mains in a sweep."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from modelgen.diagnose.generic import Leftover
+from modelgen.diagnose.noise import off_neighbours
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array, Series
 
@@ -98,6 +99,60 @@ def mains(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftov
         says = f"lines at {where} Hz and nothing beside them: mains of {base:.0f} Hz, picked up on the way"
         return Leftover(size, size, port, says), marks
     return None, [np.zeros(len(x), dtype=bool) for x in f]
+
+
+COMBS = ((1, 1), (1, 2))
+"""Harmonics in which the mains may be heard: from, in steps of."""
+WIDTHS = (0.5, 1.0, 2.0, 4.0, 8.0)
+"""Half bandwidths of analysers [Hz]."""
+CHANCE = 1e-3
+"""Probability by chance alone, of the loudest of all that is looked at, that makes a hum (an upper bound)."""
+CROWDED = 0.35
+"""Share of a sweep that its lines may take."""
+
+
+def hum(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftover | None, list[Array]]:
+    """Many weak harmonics of the mains, none of them an outlier: sweeps louder near multiples of 50 or 60 Hz.
+
+    A test of ranks: −ln(1 − rank/n) of noise is exponential whatever its law, and a sum of k of these a gamma
+    of order k. The loudest harmonic is not counted: one line alone may be anything.
+    """
+    from scipy.stats import gamma
+
+    ranks = np.concatenate([_ranks(e) for e in white])
+    tried = [(base, comb, width) for base in MAINS for comb in COMBS for width in WIDTHS]
+    least, best = 1.0, tried[0]
+    for way in tried:
+        orders = np.concatenate([_orders(x, *way) for x in f])
+        if np.mean(orders > 0) > CROWDED or not np.any(orders):
+            continue
+        size, count = np.bincount(orders, ranks)[1:], np.bincount(orders)[1:]
+        loudest = int(np.argmax(size - count))
+        rest = int(count.sum() - count[loudest])
+        p = float(gamma.sf(size.sum() - size[loudest], rest)) if rest else 1.0
+        least, best = min((least, best), (p, way))
+    if least * len(tried) > CHANCE:
+        return None, [np.zeros(len(x), dtype=bool) for x in f]
+    marks = [_orders(x, *best) > 0 for x in f]
+    power = float(sum(np.sum(e[:, m] ** 2) for e, m in zip(white, marks, strict=True)))
+    which = "odd multiples" if best[1][1] == 2 else "multiples"
+    says = f"louder near the {which} of {best[0]:.0f} Hz than between: hum of the mains, picked up on the way"
+    return Leftover(power, power, port, says), marks
+
+
+def _ranks(white: Array) -> Array:
+    """(n,) exponential scores of how far samples are from the median of those about them."""
+    from scipy.stats import rankdata
+
+    power = np.sum([off_neighbours(e) ** 2 for e in white], axis=0)
+    return np.asarray(-np.log1p(-rankdata(power) / (len(power) + 1)))
+
+
+def _orders(f: Array, base: float, comb: tuple[int, int], width: float) -> Array:
+    """(n,) which harmonic each frequency is within `width` of; 0 for none."""
+    first, step = comb
+    n = first + step * np.round((f / base - first) / step).astype(int)
+    return np.where((np.abs(f - n * base) < width) & (n > 0), n, 0)
 
 
 def lone(f: Sequence[Array], before: Sequence[Array], after: Sequence[Array], port: str) -> Leftover | None:

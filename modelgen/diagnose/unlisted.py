@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from modelgen.diagnose.hypothesis import Addition, make_hypotheses
 from modelgen.diagnose.refit import Fit
 from modelgen.diagnose.scales import record_scales
@@ -23,26 +25,34 @@ RARE = 0.1
 """How common such physics is beside that of the catalogue."""
 MODES = 8
 """Members of a row of resonances."""
-WAYS: dict[str, tuple[bool, ...]] = {
-    "electrical_impedance": (False,), "terminals": (True,), "mechanical_impedance": (False, True),
-    "stiffness": (False, True),
-}  # fmt: skip
-"""Whether a resonance stands beside what is there, by the kind of port."""
+WAYS: dict[str, tuple[tuple[int, bool], ...]] = {
+    "electrical_impedance": ((1, False), (MODES, False)),
+    "terminals": ((1, True), (MODES, True)),
+    "mechanical_impedance": ((MODES, False),),
+    "stiffness": ((MODES, False), (MODES, True)),
+}
+"""How many resonances, and whether beside what is there, by the kind of port.
+
+One in series at the mechanical side is a second_mode, and any beside it is one in the electrical impedance.
+"""
+STEP = 0.08
+"""Between resonance frequencies that are tried first, in the logarithm."""
 SOURCE = "a description, no law"
 
 
 def with_rivals(setting: Setting, outcome: Outcome) -> Outcome:
     """The outcome with sweeps described by one resonance, or one row of them, among what was tried.
 
-    As it was in time, and where nothing is claimed.
+    As it was in time, and where it has them.
     """
     base, judge = outcome.base, outcome.judge
-    if setting.model.is_time_model or not outcome.best.hypothesis.added:
+    if setting.model.is_time_model or any(is_unlisted(f) for f in outcome.tried):
         return outcome
     known = record_scales(setting.model, setting.series)
+    points = 12 + int(np.log(known["omega"].max() / known["omega"].min()) / STEP)
     found = [
         Addition(e, port, {q.name: search_range(q, known) for q in e.shapes})
-        for e, port in _places(setting.model)
+        for e, port in _places(setting.model, points)
     ]
     tangent = Tangent.of(*judge.tangent(base))
     fits = []
@@ -53,15 +63,19 @@ def with_rivals(setting: Setting, outcome: Outcome) -> Outcome:
     return replace(outcome, tried=(*outcome.tried, *fits))
 
 
+def best_unlisted(outcome: Outcome) -> Fit | None:
+    """The best of the descriptions made here."""
+    return min((f for f in outcome.tried if is_unlisted(f)), key=lambda f: f.bic, default=None)
+
+
 def cheaper(outcome: Outcome) -> tuple[Fit, float] | None:
     """What no catalogue holds, where it explains more than the best hypothesis, and by how much.
 
     By BIC, and for each effect what it must gain to be claimed.
     """
-    rivals = [f for f in outcome.tried if is_unlisted(f)]
-    if not rivals:
+    first = best_unlisted(outcome)
+    if first is None or not outcome.best.hypothesis.added:
         return None
-    first = min(rivals, key=lambda f: f.bic)
     more = outcome.best.bic - first.bic + ALARM * (len(outcome.best.ids) - 1)
     return (first, more) if more > 0 else None
 
@@ -71,20 +85,17 @@ def is_unlisted(fit: Fit) -> bool:
     return any(a.effect.source == SOURCE for a in fit.hypothesis.added)
 
 
-def _places(model: Model) -> Iterator[tuple[Effect, Port]]:
-    """Each kind of resonance at each port that can have one: in series with what is there, or beside it."""
+def _places(model: Model, points: int) -> Iterator[tuple[Effect, Port]]:
+    """Each kind of resonance at each port that can have one."""
     kinds = {p.kind for p in model.ports}
     for port in model.ports:
-        ways = WAYS.get(port.kind, ())
-        if "omega" not in dict(port.variables) or (port.kind == "stiffness" and "mechanical_impedance" in kinds):
-            continue
-        for beside in ways:
-            if beside or port.kind in ("electrical_impedance", "terminals"):  # else it is a second_mode
-                yield _resonance(port, 1, beside), port
-            yield _resonance(port, MODES, beside), port
+        twice = port.kind == "stiffness" and "mechanical_impedance" in kinds
+        if not twice and "omega" in dict(port.variables):
+            for modes, beside in WAYS.get(port.kind, ()):
+                yield _resonance(port, modes, beside, points), port
 
 
-def _resonance(port: Port, modes: int, beside: bool) -> Effect:
+def _resonance(port: Port, modes: int, beside: bool, points: int) -> Effect:
     """a Σ_n 1/(1 + jQ (ω/nω_1 − nω_1/ω)) added to the port's quantity, or `beside` it: to its inverse.
 
     A stiffness gets an impedance that resonates: jω/ω_1 times that.
@@ -107,7 +118,7 @@ def _resonance(port: Port, modes: int, beside: bool) -> Effect:
         (Strength("a", "1/({port})" if beside else "{port}", text="height of a resonance"),),
         parallel if beside else add(terms),
         (
-            Shape("omega_1", "rad/s", "omega", 0.7 if modes == 1 else 0.2, 1.5, 120, text="the first"),
+            Shape("omega_1", "rad/s", "omega", 0.7 if modes == 1 else 0.2, 1.5, points, text="the first"),
             Shape("Q", "1", "1", 2.0, 500.0, 4, text="quality factor"),
         ),
         needs=("omega",),

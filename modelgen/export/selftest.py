@@ -11,9 +11,7 @@ from modelgen.export.values import Trial
 from modelgen.export.vectors import ALLOWANCE, Vector
 
 
-def render_tests(
-    unit: Unit, real: str, tried: Sequence[Trial], vectors: Sequence[Vector]
-) -> dict[str, str]:
+def render_tests(unit: Unit, real: str, tried: Sequence[Trial], vectors: Sequence[Vector]) -> dict[str, str]:
     """The self-test's C by file name, and that of the fit where there is one."""
     texts = {f"{unit.prefix}_test.c": _render_test(unit, real, tried, vectors)}
     if unit.fitter:

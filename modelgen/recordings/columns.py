@@ -63,9 +63,7 @@ def read_channels(table: Table, signature: Signature) -> Channels:
     return Channels(inputs, outputs, kinds, (*notes, *note))
 
 
-def _check_measured(
-    table: Table, channel: Channel, values: Array, order: NDArray[np.intp] | None
-) -> None:
+def _check_measured(table: Table, channel: Channel, values: Array, order: NDArray[np.intp] | None) -> None:
     """Something was measured, and what is complex has a phase everywhere."""
     if not np.any(np.abs(values) >= 1 / HUGE):
         raise fail(f"{table.at()}: '{channel.name}' is zero in all {values.size} rows: nothing was measured")
