@@ -1,4 +1,4 @@
-"""From an expression to its first answer, to the optimised library, from the cache: each in its own process."""
+"""From an expression to its first answer, to the optimised library, from the cache; a process each."""
 
 from __future__ import annotations
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 import subprocess
 import tempfile
 from dataclasses import replace
@@ -145,3 +147,16 @@ def test_a_model_without_parameters_has_no_fitter(tmp_path: Path) -> None:
     model = Model("plain", (x,), (), (Equation("y", x * x),), ("y",))
     with pytest.raises(InputError, match="--fitter: 'plain' has no parameter to fit"):
         export(model, "c99", tmp_path, Settings(fitter=True, measure=False))
+
+
+@pytest.mark.skipif(shutil.which("cppcheck") is None, reason="cppcheck is not installed")
+def test_the_datasheet_names_every_rule_that_the_c_departs_from(tmp_path: Path) -> None:
+    export(models.kelvin_voigt, "c99", tmp_path, Settings(measure=False, fitter=True))
+    listed = set(re.findall(r"\b\d+\.\d+\b", (tmp_path / "DATASHEET.md").read_text().split("MISRA")[1]))
+    sources = ["kelvin_voigt.c", "kelvin_voigt_fit.c", "modelgen_fit.c"]
+    command = ["cppcheck", "--std=c99", "--addon=misra", "--quiet", "--template={id}", *sources]
+    done = subprocess.run(
+        [*command, "--template={id}", *sources], cwd=tmp_path, capture_output=True, text=True
+    )
+    rules = {line.removeprefix("misra-c2012-") for line in done.stderr.splitlines()}
+    assert rules and rules <= listed
