@@ -56,7 +56,7 @@ def _promising(
 ) -> dict[Key, Grown]:
     """The effects that by their score beside the beam's fits promise most."""
     wanted: list[tuple[float, Grown]] = []
-    for f in beam:
+    for k, f in enumerate(beam):
         tangent = Tangent.of(*judge.tangent(f))
         inner = f.theta[[f.hypothesis.names.index(n) for n in base.hypothesis.names]]
         for x in scores:
@@ -66,10 +66,12 @@ def _promising(
             if x.addition.effect.secant:
                 shapes |= set(x.addition.strengths)
             points = [{k: v for k, v in values.items() if k in shapes} for _, values in x.starts]
-            again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 1, points)
+            # what the base's residual hides may lie elsewhere: beside the best fit all shapes are tried anew
+            tried_at = None if k == 0 else points
+            again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 2, tried_at)
             reach = f.bic - SLACK * again.gain - beam[0].bic
             if again.starts and reach < -ALARM:
-                tried = (again.starts[0][1], *(v for _, v in x.starts[:2]))
+                tried = (*(v for _, v in again.starts), *(v for _, v in x.starts[:2]))
                 wanted.append((reach, Grown(f, x.addition, tried)))
     wanted.sort(key=lambda w: w[0])
     chosen: dict[Key, Grown] = {}

@@ -117,7 +117,7 @@ def hum(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftover
     A test of ranks: −ln(1 − rank/n) of noise is exponential whatever its law, and a sum of k of these a gamma
     of order k. The loudest harmonic is not counted: one line alone may be anything.
     """
-    from scipy.stats import gamma
+    from scipy.special import gammaincc
 
     ranks = np.concatenate([_ranks(e) for e in white])
     tried = [(base, comb, width) for base in MAINS for comb in COMBS for width in WIDTHS]
@@ -129,7 +129,7 @@ def hum(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftover
         size, count = np.bincount(orders, ranks)[1:], np.bincount(orders)[1:]
         loudest = int(np.argmax(size - count))
         rest = int(count.sum() - count[loudest])
-        p = float(gamma.sf(size.sum() - size[loudest], rest)) if rest else 1.0
+        p = float(gammaincc(rest, size.sum() - size[loudest])) if rest else 1.0
         least, best = min((least, best), (p, way))
     if least * len(tried) > CHANCE:
         return None, [np.zeros(len(x), dtype=bool) for x in f]
@@ -142,10 +142,9 @@ def hum(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftover
 
 def _ranks(white: Array) -> Array:
     """(n,) exponential scores of how far samples are from the median of those about them."""
-    from scipy.stats import rankdata
-
     power = np.sum([off_neighbours(e) ** 2 for e in white], axis=0)
-    return np.asarray(-np.log1p(-rankdata(power) / (len(power) + 1)))
+    rank = np.argsort(np.argsort(power, kind="stable"), kind="stable") + 1
+    return np.asarray(-np.log1p(-rank / (len(power) + 1)))
 
 
 def _orders(f: Array, base: float, comb: tuple[int, int], width: float) -> Array:

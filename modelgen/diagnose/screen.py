@@ -18,7 +18,10 @@ renamed."""
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """The result for one effect: χ² explained at first order, and the starting points that explained most."""
+    """The result for one effect: χ² explained at first order, and the starting points that explained most.
+
+    blind: at first order it does what the base's own parameters do.
+    """
 
     hypothesis: Hypothesis
     gain: float
@@ -79,6 +82,8 @@ def score(
             continue
         blind = False
         tries.append((gain, {**point, **values}))
+    if blind and not a.effect.secant:
+        tries = [(0.0, _finite(h, base, theta, tangent, whiteners))]
     tries.sort(key=lambda x: -x[0])
     best = tries[0][0] if tries else 0.0
     return Score(h, best, tuple(_apart(tries, keep)), blind)
@@ -139,6 +144,26 @@ def _slope(
     step[wrong] = 0.0
     gain = float(tangent.r @ tangent.r - np.sum((tangent.r + rest @ step) ** 2))
     return gain, dict(zip(names, (null + step).tolist(), strict=True))
+
+
+def _finite(
+    h: Hypothesis, base: Hypothesis, theta: Array, tangent: Tangent, whiteners: Sequence[Whitener]
+) -> dict[str, float]:
+    """Strengths that change the output by as much as the residual has, where the derivatives tell nothing.
+
+    A little of the effect is a parameter renamed, much of it may not be.
+    """
+    with np.errstate(all="ignore"):
+        _, J = h.experiment.linearised(h.place(base, theta, {}), whiteners)
+    values = {}
+    for name in h.added[-1].strengths:
+        i = h.names.index(name)
+        p = h.experiment.layout.parameters[i]
+        size = float(np.linalg.norm(J[:, i]))
+        null = p.default or 0.0
+        step = float(np.linalg.norm(tangent.r)) / size if np.isfinite(size) and size > 0 else 0.0
+        values[name] = float(np.clip(null + step, *p.bounds))
+    return values
 
 
 def _secant(

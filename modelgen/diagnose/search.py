@@ -148,10 +148,15 @@ def _gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
 def _screen(
     s: Setting, base: Fit, judge: Judge, singles: Sequence[Hypothesis]
 ) -> tuple[list[Score], list[Fit]]:
-    """Score tests of all single effects at the base's fit, and fits of the most promising."""
+    """Score tests of all single effects at the base's fit, and fits of the most promising.
+
+    What first order can't show is fitted, too: it is blind only if that gains nothing.
+    """
     tangent = Tangent.of(*judge.tangent(base))
     scores = [score(h, base.hypothesis, base.theta, tangent, judge.whiteners) for h in singles]
-    return scores, _refit_singles(s, base, judge, scores)
+    fits = _refit_singles(s, base, judge, scores)
+    gained = {f.hypothesis.key for f in fits if base.bic - f.bic > ALARM}
+    return [replace(x, blind=x.blind and x.hypothesis.key not in gained) for x in scores], fits
 
 
 def _from_singles(judge: Judge, base: Fit, singles: Sequence[Fit]) -> Fit:
@@ -165,7 +170,7 @@ def _from_singles(judge: Judge, base: Fit, singles: Sequence[Fit]) -> Fit:
 
 def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score]) -> list[Fit]:
     """Fits of the most promising single effects (all, where that is cheap)."""
-    seen = sorted((x for x in scores if not x.blind and x.starts), key=lambda x: -x.gain)
+    seen = sorted((x for x in scores if x.starts), key=lambda x: -x.gain)
     size = sum(x.n for x in s.series)
     count = len(seen) if size <= 3000 else s.refits
     fits = []
