@@ -11,6 +11,7 @@ import pytest
 import modelgen.codegen.roofline as codegen_roofline
 import modelgen.models as models
 from modelgen.cli import main
+from modelgen.cli.building import _share
 from modelgen.codegen import build
 from modelgen.codegen.roofline import machine, roofline
 
@@ -69,3 +70,8 @@ def test_build_shows_it(tmp_path: Path, capsys: Any) -> None:
     shown = capsys.readouterr().out
     assert "reached" in shown and "%" in shown and "sumsq_real" in shown
     assert not any("reached" in f.read_text() for f in tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("limit", "shown"), [(None, "–"), (0.5, "50%"), (1.4, "at the limit")])
+def test_no_kernel_is_said_to_beat_the_machine(limit: float | None, shown: str) -> None:
+    assert _share(codegen_roofline.Roof("values_real", 3, 1.0, limit, "memory")) == shown
