@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -32,10 +33,10 @@ needs_arm = pytest.mark.skipif(bool(ABSENT), reason=f"not installed: {', '.join(
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 
 
-def decay() -> Model:
+def decay(substeps: int = 2) -> Model:
     """dx/dt = −k x + u, a model of a user's with a rate, two inputs and a name that is C's."""
     t, u, k = Input("t", "s"), Input("u", "1/s"), Parameter("k", "1/s", 3.0)
-    x = State("double", 0.5, rate=u - k * State("double", rate=0).symbol, unit="1", substeps=2)
+    x = State("double", 0.5, rate=u - k * State("double", rate=0).symbol, unit="1", substeps=substeps)
     return Model("decay", (t, u, previous(t), previous(u)), (k,), (x, Equation("y", 2 * x, "1")), ("y",))
 
 
@@ -66,14 +67,15 @@ def test_models_of_a_user_and_several_in_one_folder(tmp_path: Path) -> None:
     choice = Piecewise((sqrt(Input("x")), Input("x").symbol >= 0), (-Input("x"), True))
     y, unused = Equation("y", choice * 2), Parameter("in", "1", 2.0)
     folded = Model("folded", (Input("x"),), (unused,), (y,), ("y",))
-    for model in (decay(), folded, models.modified_dahl):
+    looped = replace(decay(substeps=6), id="looped")
+    for model in (decay(), looped, folded, models.modified_dahl):
         said = exported(model, tmp_path, "float")
     assert [line.split()[0] for line in said.splitlines() if "failures" in line] == [
-        "decay", "folded", "modified_dahl",
+        "decay", "folded", "looped", "modified_dahl",
     ]  # fmt: skip
     sheet = (tmp_path / "DATASHEET.md").read_text()
     assert [line for line in sheet.splitlines() if line.startswith("## ")] == [
-        "## decay", "## folded", "## modified_dahl",
+        "## decay", "## folded", "## looped", "## modified_dahl",
     ]  # fmt: skip
 
 

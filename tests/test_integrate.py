@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import casadi as ca
@@ -11,7 +12,10 @@ import numpy as np
 import pytest
 from exact import run
 
-from modelgen.codegen import build
+from modelgen.codegen import build, build_many, lower
+from modelgen.codegen.build import ALL
+from modelgen.codegen.emit import emit
+from modelgen.codegen.program import build_program
 from modelgen.language import Equation, Input, Model, Parameter, State, Symbol, exp, previous
 
 t, u = Input("t", "1"), Input("u", "1")
@@ -76,6 +80,35 @@ def test_values_and_derivatives_converge_with_their_order_to_those_of_cvodes(
     coarse, fine = np.array(errors)
     assert np.all(fine < 1e-5)
     assert np.all(coarse / fine > 0.75 * 2**order)
+
+
+@pytest.mark.parametrize("stiff", [False, True])
+def test_a_loop_over_the_parts_of_a_step_gives_what_writing_them_out_gives(
+    stiff: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = []
+    for most in (4, 5):  # parts that are written out
+        monkeypatch.setattr(lower, "UNROLLED", most)
+        monkeypatch.setenv("MODELGEN_CACHE", str(tmp_path / str(most)))
+        (F,) = build_many([(oscillator(5, stiff), ("k", "mu"))], ALL)
+        ready = F.prepare(t=AT, u=DRIVE)
+        data, weight = ready.pad(np.sin(AT)[None]), ready.pad(np.ones((1, len(AT))))
+        normal = ready.normal([2.0, 1.5], "real", data, weight)
+        sums = ready.sumsq(np.array([[2.0, 1.5], [1.0, 0.5]]), "real", data, weight)
+        found.append(
+            [F(t=AT, u=DRIVE), F.jacobian(t=AT, u=DRIVE), *F.all(t=AT, u=DRIVE).values(), sums, *normal]
+        )
+    for loop, line in zip(*found, strict=True):
+        assert np.abs(loop - line).max() <= 1e-12 * np.abs(line).max()
+
+
+@pytest.mark.parametrize("stiff", [False, True])
+def test_a_thousand_parts_take_no_more_c_than_ten(reference: Any, stiff: bool) -> None:
+    few, many = (emit(build_program(oscillator(n, stiff), ("k", "mu"))).source for n in (10, 1000))
+    assert len(many.splitlines()) == len(few.splitlines()) < 1000
+    F = build(oscillator(1000, stiff))
+    assert np.abs(F(t=AT, u=DRIVE, k=2.0, mu=1.5) - reference[0]).max() < 1e-8
+    assert np.abs(F.jacobian(t=AT, u=DRIVE, k=2.0, mu=1.5) - reference[1]).max() < 1e-8
 
 
 @pytest.mark.parametrize("stiff", [False, True])

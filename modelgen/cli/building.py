@@ -49,7 +49,7 @@ def _rooflines(functions: Sequence[Function]) -> Table:
 
 
 def _share(roof: Roof) -> str:
-    """Of the limit. Both are measured: a kernel that seems quicker than it can be is at it, within the noise."""
+    """Of the limit. Both are measured: what seems quicker than it can be is at the limit, within noise."""
     if roof.share is None:
         return "–"
     return f"{roof.share:.0%}" if roof.share < 1 else "at the limit"

@@ -3,13 +3,15 @@ sample."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 from modelgen.codegen.algebra import FREE, SAMPLE, STATE
 from modelgen.codegen.ctext import BRANCHLESS, FUNCTION, Printer, c_name
-from modelgen.codegen.program import Program, Root, Sample, sensitivity
+from modelgen.codegen.lower import PART
+from modelgen.codegen.program import Part, Program, Root, Sample, sensitivity
 from modelgen.codegen.real import Work, work
 from modelgen.codegen.split import Complex, Pair
 
@@ -137,7 +139,8 @@ class Stages:
                     found |= {a for a in graph.nodes[at].args if self.masks[a] == SAMPLE}
             found |= {r for r in roots if self.masks[r] == SAMPLE}
         if self.program.first is not None:
-            nodes = (*self.program.first.graph.nodes, *graph.nodes)
+            part = self.program.step.part
+            nodes = (*self.program.first.graph.nodes, *(part.graph.nodes if part else ()), *graph.nodes)
             raw = {str(n.data) for n in nodes if n.op == "in"} & set(self.inputs)
             found |= {graph.input(n) for n in raw}
         return tuple(sorted(found))
@@ -168,18 +171,20 @@ class Stages:
         sample = self.program.step
         roots = self._roots(self.channels[measure], jacobian, sample)
         place = {at: f"work[{k} * stride + i]" for k, at in enumerate(self.staged)}
-        return self._region(sample, self.channels[measure], roots, jacobian, place)
+        raw = {n: f"work[{k} * stride + i]" for n, k in self._raw().items()}
+        return self._region(sample, self.channels[measure], roots, jacobian, place, raw)
+
+    def _raw(self) -> dict[str, int]:
+        """Row of each input that is staged as it is."""
+        nodes = self.program.step.graph.nodes
+        return {str(nodes[a].data): k for k, a in enumerate(self.staged) if nodes[a].op == "in"}
 
     def initial(self, measure: str, jacobian: bool) -> Region:
         """The first sample of a time model, from the staged raw inputs at index 0."""
         sample = self.program.first
         assert sample is not None
         graph = sample.graph
-        raw = {
-            str(self.program.step.graph.nodes[a].data): k
-            for k, a in enumerate(self.staged)
-            if self.program.step.graph.nodes[a].op == "in"
-        }
+        raw = self._raw()
         place = {graph.input(n): f"work[{raw[n]} * stride]" for n in self.inputs if n in raw}
         roots = self._roots(self.first_channels[measure], jacobian, sample)
         return self._region(sample, self.first_channels[measure], roots, jacobian, place)
@@ -191,6 +196,7 @@ class Stages:
         roots: list[int],
         jacobian: bool,
         place: dict[int, str],
+        raw: Mapping[str, str] | None = None,
     ) -> Region:
         graph, masks = sample.graph, self.masks_of(sample)
         need = [a for a in graph.needed_until(roots, set(place))]
@@ -217,6 +223,10 @@ class Stages:
         state_values = [printer.value(a) for a in sample.states.values()]
         if jacobian:
             state_values += [printer.value(a) for a in sample.sensitivities.values()]
+        cost = work(graph, inside)
+        if sample.part is not None:
+            before, more = self._parts(sample.part, printer, raw or {}, jacobian)
+            body, cost = [*before, *body], cost.with_loop(more, sample.part.count)
         return Region(
             tuple(setup), tuple(body),
             tuple(printer.value(c.value) for c in chans),
@@ -224,8 +234,29 @@ class Stages:
                 tuple("0.0" if d is None else printer.value(d) for d in c.jacobian) for c in chans if jacobian
             ),
             tuple(used), tuple(state_values),
-            work(graph, inside),
+            cost,
         )  # fmt: skip
+
+    def _parts(
+        self, part: Part, outer: Printer, raw: Mapping[str, str], jacobian: bool
+    ) -> tuple[list[str], Work]:
+        """The loop that takes the states through all parts of a step, and the work of one part.
+
+        outer: names of the states; raw: where inputs are.
+        """
+        graph, names = part.graph, tuple(part.results(jacobian))
+        printer = Printer(graph, taken=set(outer.taken))
+        need = graph.needed(part.results(jacobian).values())
+        for n in (*self.state_names, *names):
+            printer.names[graph.input(n)] = outer.names[outer.graph.input(n)]
+        lines = self.parameters_in(printer, need, [], free=True)
+        for name, text in raw.items():
+            at = graph.input(name)
+            if at in need:
+                printer.names[at] = printer.fresh(c_name(name))
+                lines.append(f"const double {printer.names[at]} = {text};")
+        loop, cost = part_loop(part, printer, jacobian)
+        return ["{", *(f"    {x}" for x in (*lines, *loop)), "}"], cost
 
     def everything(self, first: bool = False) -> Region:
         """Every equation, straight from inputs and parameters (nothing staged): what a reader of the paper
@@ -245,7 +276,12 @@ class Stages:
         )
         used = [printer.names[graph.input(n)] for n in self.state_names]
         values, states = (tuple(map(printer.value, ids)) for ids in (roots, sample.states.values()))
-        return Region(tuple(setup), tuple(body), values, (), tuple(used), states, work(graph, need))
+        cost = work(graph, need)
+        if sample.part is not None:
+            raw = {n: f"in[{k}][i]" for k, n in enumerate(self.inputs)}
+            before, more = self._parts(sample.part, printer, raw, False)
+            body, cost = [*before, *body], cost.with_loop(more, sample.part.count)
+        return Region(tuple(setup), tuple(body), values, (), tuple(used), states, cost)
 
     def root(self, r: Root) -> Region:
         """Residual and slope of an implicit equation, as a function of its arguments and the unknown."""
@@ -291,6 +327,36 @@ class Stages:
                 printer.names[at] = printer.fresh(c_name(name))
                 lines.append(f"const double {printer.names[at]} = in[{k}][i];")
         return lines
+
+
+def part_loop(part: Part, printer: Printer, jacobian: bool) -> tuple[list[str], Work]:
+    """The loop over the parts of a step, what stays the same in it before it; and the work of one part.
+
+    printer: of the part's graph, with names for all that is given; states and sensitivities are variables.
+    """
+    graph, results = part.graph, part.results(jacobian)
+    printer.names[graph.input(PART)] = "(double)k"
+    need = graph.needed(results.values())
+    moving: set[int] = {graph.input(n) for n in (*results, PART)}
+    for at in need:
+        if not moving.isdisjoint(graph.nodes[at].args):
+            moving.add(at)
+    inside = [at for at in need if at in moving]
+    hoisted = {a for at in inside for a in graph.nodes[at].args if a not in moving}
+    before = printer.lines([at for at in need if at not in moving], results.values(), hoisted)
+    body = printer.lines(inside, results.values())
+    body += advance([printer.names[graph.input(n)] for n in results], [*map(printer.value, results.values())])
+    loop = [f"for (unsigned long k = 0UL; k < {part.count}UL; ++k) {{", *(f"    {x}" for x in body), "}"]
+    return [*before, *loop], work(graph, inside)
+
+
+def advance(names: Sequence[str], values: Sequence[str]) -> list[str]:
+    """Assign new values, all computed before any is overwritten."""
+    pairs = [(n, v) for n, v in zip(names, values, strict=True) if n != v]
+    olds = {n for n, _ in pairs}
+    if not any(set(re.findall(r"\w+", v)) & olds for _, v in pairs):
+        return [f"{n} = {v};" for n, v in pairs]
+    return [*(f"const double {n}_next = {v};" for n, v in pairs), *(f"{n} = {n}_next;" for n, _ in pairs)]
 
 
 def _both(c: Complex, pair: Pair) -> list[int]:

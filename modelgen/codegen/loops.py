@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from modelgen.codegen.kernels import Region, Stages
+from modelgen.codegen.kernels import Region, Stages, advance
 from modelgen.codegen.real import Work
 
 LANES = 8
@@ -111,14 +111,5 @@ def opening(region: Region, first: Region, stores: Stores) -> list[str]:
 
 def marching(region: Region, stores: Stores) -> list[str]:
     """All samples after the first, one step each."""
-    body = indent([*region.body, *stores(region), *_advance(region)], 1)
+    body = indent([*region.body, *stores(region), *advance(region.state_names, region.state_values)], 1)
     return ["for (size_t i = 1; i < n; ++i) {", body, "}"]
-
-
-def _advance(region: Region) -> list[str]:
-    """New states, all computed before any is overwritten."""
-    pairs = [(n, v) for n, v in zip(region.state_names, region.state_values, strict=True) if n != v]
-    olds = {n for n, _ in pairs}
-    if not any(set(re.findall(r"\w+", v)) & olds for _, v in pairs):
-        return [f"{n} = {v};" for n, v in pairs]
-    return [*(f"const double {n}_next = {v};" for n, v in pairs), *(f"{n} = {n}_next;" for n, _ in pairs)]

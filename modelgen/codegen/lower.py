@@ -20,6 +20,11 @@ from modelgen.errors import InputError
 from modelgen.language import Equation, Implicit, Model, State
 from modelgen.language.quantities import ComplexParameter
 
+UNROLLED = 4
+"""More parts of a step than that are a loop."""
+PART = "step part"
+"""The number of a part of a step: an input by a name that no model can use."""
+
 
 @dataclass(frozen=True)
 class Column:
@@ -32,13 +37,18 @@ class Column:
 class Lowering:
     """One pass through the statements: of the first sample (`first`), or of any later one.
 
+    Where the step from sample to sample is a loop over its parts, states have come to its end before a later
+    sample; with `part` one part is lowered instead, to which only states with a rate belong.
+
     `values` maps every name to its SX; `tangent` gives derivatives by the directions of `columns`.
     """
 
     def __init__(
-        self, model: Model, wrt: tuple[str, ...], first: bool, pattern: dict[str, set[int]] | None = None
-    ):
+        self, model: Model, wrt: tuple[str, ...], first: bool, pattern: dict[str, set[int]] | None = None,
+        part: bool = False,
+    ):  # fmt: skip
         self.model, self.wrt, self.first = model, wrt, first
+        self.part = ca.SX.sym(PART) if part else None
         self.split_complex = _has_nonholomorphic(model)
         self.translator = Translator({}, set())
         self.inputs = {i.name: ca.SX.sym(i.name) for i in model.inputs}
@@ -90,7 +100,10 @@ class Lowering:
         if self.first:
             for state in self.model.states:
                 t.env[state.name] = t.sx(state.initial)
-        elif rated:
+        elif self.part is not None:
+            self.values = self._integrated(rated)
+            return
+        elif rated and not parts_of(self.model):
             t.env |= self._integrated(rated)
         for s in self.model.statements:
             if isinstance(s, Equation):
@@ -149,10 +162,12 @@ class Lowering:
             return Slopes(f, [[D[i, j] for j in range(m)] for i in range(m)], [D[i, m] for i in range(m)])
 
         start, steps = [base[n] for n in names], max(s.substeps for s in rated)
-        if any(s.stiff for s in rated):
-            end = rosenbrock(rates, slopes, start, moves[time], steps)
-        else:
-            end = runge_kutta(rates, start, moves[time], steps)
+        end, H = start, moves[time]
+        for k in range(steps) if self.part is None else (self.part,):
+            if any(s.stiff for s in rated):
+                end = rosenbrock(rates, slopes, end, H, steps, k)
+            else:
+                end = runge_kutta(rates, end, H, steps, k)
         return dict(zip(names, end, strict=True))
 
     def _rates(self, rated: list[State], env: dict[str, Any]) -> list[Any]:
@@ -204,6 +219,12 @@ class Lowering:
         return masks
 
 
+def parts_of(model: Model) -> int:
+    """How many parts a step has, if so many that they are a loop; else 0."""
+    steps = max((s.substeps for s in model.states if s.rate is not None), default=0)
+    return steps if steps > UNROLLED else 0
+
+
 def _has_nonholomorphic(model: Model) -> bool:
     """Whether a value that Jacobians need passes through |·|, arg, re or im on its way."""
     wanted = set(primary_outputs(model))
@@ -233,8 +254,10 @@ def sensitivity_pattern(model: Model, wrt: tuple[str, ...]) -> dict[str, set[int
     _collect(pattern, names, start.tangent([start.values[n] for n in names]))
     while True:
         size = sum(map(len, pattern.values()))
-        step = Lowering(model, wrt, first=False, pattern=pattern)
-        _collect(pattern, names, step.tangent([step.values[n] for n in names]))
+        for part in (False, True) if parts_of(model) else (False,):
+            step = Lowering(model, wrt, first=False, pattern=pattern, part=part)
+            there = [n for n in names if n in step.values]
+            _collect(pattern, there, step.tangent([step.values[n] for n in there]))
         if sum(map(len, pattern.values())) == size:
             return pattern
 

@@ -11,7 +11,7 @@ from typing import Any
 import casadi as ca
 
 from modelgen.codegen.derive import Residual
-from modelgen.codegen.lower import Lowering, primary_outputs, sensitivity_pattern
+from modelgen.codegen.lower import PART, Lowering, parts_of, primary_outputs, sensitivity_pattern
 from modelgen.codegen.real import Graph
 from modelgen.codegen.split import Complex, Pair
 from modelgen.codegen.tosx import SAME, Call, Translator
@@ -19,9 +19,25 @@ from modelgen.language import Model
 
 
 @dataclass(frozen=True)
+class Part:
+    """One of `count` equal parts of the step to a sample, number PART: new states and sensitivities."""
+
+    graph: Graph
+    count: int
+    states: dict[str, int]
+    sensitivities: dict[tuple[str, int], int]
+
+    def results(self, jacobian: bool) -> dict[str, int]:
+        """New values by what they are called, in a graph, before."""
+        slopes = {sensitivity(n, d): at for (n, d), at in self.sensitivities.items()} if jacobian else {}
+        return {**self.states, **slopes}
+
+
+@dataclass(frozen=True)
 class Sample:
     """What is computed at one sample: every equation as written, the primary outputs (`fitted`) and their
-    derivatives in the form that runs fastest, new states and sensitivities."""
+    derivatives in the form that runs fastest, new states and sensitivities. Before that, states are taken
+    through all parts of the step, if it has any."""
 
     graph: Graph
     equations: dict[str, Pair]
@@ -29,6 +45,7 @@ class Sample:
     jacobian: dict[str, tuple[Pair, ...]]
     states: dict[str, int]
     sensitivities: dict[tuple[str, int], int]
+    part: Part | None = None
 
 
 @dataclass(frozen=True)
@@ -59,9 +76,11 @@ class Program:
 
     def copy(self) -> Program:
         """The same program, with graphs of its own."""
+        part = self.step.part and replace(self.step.part, graph=self.step.part.graph.copy())
+        step = replace(self.step, graph=self.step.graph.copy(), part=part)
         first = self.first and replace(self.first, graph=self.first.graph.copy())
         roots = tuple(replace(r, graph=r.graph.copy()) for r in self.roots)
-        return replace(self, step=replace(self.step, graph=self.step.graph.copy()), first=first, roots=roots)
+        return replace(self, step=step, first=first, roots=roots)
 
 
 def sensitivity(state: str, direction: int) -> str:
@@ -78,6 +97,8 @@ def build_program(model: Model, wrt: Sequence[str]) -> Program:
     pattern = sensitivity_pattern(model, wrt) if model.states else None
     lowering = Lowering(model, wrt, first=False, pattern=pattern)
     step = _sample(lowering, pattern)
+    if parts_of(model):
+        step = replace(step, part=_part(Lowering(model, wrt, False, pattern, part=True), pattern or {}))
     first = _sample(Lowering(model, wrt, first=True), pattern) if model.states else None
     outputs = primary_outputs(model)
     is_complex = tuple(step.equations[o][1] is not None for o in outputs)
@@ -85,15 +106,32 @@ def build_program(model: Model, wrt: Sequence[str]) -> Program:
     return Program(model, wrt, outputs, is_complex, step, first, roots)
 
 
+def _named(low: Lowering) -> dict[str, Any]:
+    """What is given, by its name in a graph."""
+    slopes = {sensitivity(n, d): x for (n, d), x in low.sensitivities.items()}
+    part = {} if low.part is None else {PART: low.part}
+    return {**low.inputs, **low.parameters, **low.old, **slopes, **part}
+
+
+def _part(low: Lowering, pattern: dict[str, set[int]]) -> Part:
+    graph = Graph()
+    reader = _Reader(graph, low.translator, _named(low), low.plain)
+    names = list(low.values)
+    entries = _entries(low.tangent(list(low.values.values())))
+    pairs = reader.read([*low.values.values(), *entries.values()])
+    new = dict(zip(entries, pairs[len(names) :], strict=True))
+    states = {n: reader.c.re(pair) for n, pair in zip(names, pairs, strict=False)}
+    slopes = {
+        (n, d): reader.c.re(new.get((i, d), (None, None)))
+        for i, n in enumerate(names)
+        for d in sorted(pattern[n])
+    }
+    return Part(graph, parts_of(low.model), states, slopes)
+
+
 def _sample(low: Lowering, pattern: dict[str, set[int]] | None) -> Sample:
     graph = Graph()
-    named = {
-        **low.inputs,
-        **low.parameters,
-        **low.old,
-        **{sensitivity(n, d): x for (n, d), x in low.sensitivities.items()},
-    }
-    reader = _Reader(graph, low.translator, named, low.plain)
+    reader = _Reader(graph, low.translator, _named(low), low.plain)
     outputs = primary_outputs(low.model)
     values, tangent = low.fitted(outputs)
     states = [s.name for s in low.model.states]

@@ -182,6 +182,10 @@ class Graph:
                 stack.extend(self.nodes[at].args)
         return sorted(seen)
 
+    def inputs(self, roots: Iterable[int]) -> set[str]:
+        """Names of what `roots` depend on."""
+        return {str(self.nodes[at].data) for at in self.needed(roots) if self.nodes[at].op == "in"}
+
     def needed_until(self, roots: Iterable[int], given: set[int]) -> list[int]:
         """As `needed`, but not what the nodes `given` depend on (they are included)."""
         seen: set[int] = set()
@@ -201,6 +205,10 @@ class Work(NamedTuple):
     operations: int
     divisions: int = 0
     functions: int = 0
+
+    def with_loop(self, other: Work, count: int) -> Work:
+        """With `count` times the other's."""
+        return Work(*(a + count * b for a, b in zip(self, other, strict=True)))
 
     def plus(self, more: int) -> Work:
         """With additions and multiplications added."""

@@ -93,7 +93,7 @@ class Scan:
 
 def scan_of(stages: Stages) -> Scan | None:
     """The scan of a time model, if its states are linear recurrences."""
-    if not stages.program.model.states:
+    if not stages.program.model.states or stages.program.step.part:
         return None
     scan = Scan(stages)
     return scan if scan.order is not None else None

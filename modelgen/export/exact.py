@@ -140,11 +140,12 @@ def _integrate(model: Model, env: Mapping[str, Any]) -> dict[str, Any]:
         columns = [along(k) for k in range(len(x))]
         return Slopes(rates(s, x), list(zip(*columns, strict=True)), _slope(lambda e: rates(s + e, x)))
 
-    start, H = [env[n] for n in names], env[model.axis] - env[before[model.axis]]
-    if any(s.stiff for s in rated):
-        end = rosenbrock(rates, slopes, start, H, steps)
-    else:
-        end = runge_kutta(rates, start, H, steps)
+    end, H = [env[n] for n in names], env[model.axis] - env[before[model.axis]]
+    for k in range(steps):
+        if any(s.stiff for s in rated):
+            end = rosenbrock(rates, slopes, end, H, steps, k)
+        else:
+            end = runge_kutta(rates, end, H, steps, k)
     return dict(zip(names, end, strict=True))
 
 

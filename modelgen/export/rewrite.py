@@ -3,10 +3,11 @@ simpler."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 
-from modelgen.codegen.program import Program, Root, Sample
+from modelgen.codegen.lower import PART
+from modelgen.codegen.program import Part, Program, Root, Sample
 from modelgen.codegen.real import Graph, Node
 from modelgen.codegen.split import Pair
 from modelgen.language import Model
@@ -79,29 +80,33 @@ def roots_of(sample: Sample) -> list[int]:
 
 def inputs_of(sample: Sample, roots: list[int] | None = None) -> set[str]:
     """Names of the inputs, parameters and states that `roots` (by default all results) need."""
-    nodes = sample.graph.nodes
-    need = sample.graph.needed(roots_of(sample) if roots is None else roots)
-    return {str(nodes[at].data) for at in need if nodes[at].op == "in"}
+    found = sample.graph.inputs(roots_of(sample) if roots is None else roots)
+    if roots is None and sample.part is not None:
+        found |= sample.part.graph.inputs(sample.part.results(True).values()) - {PART}
+    return found
 
 
 def only(program: Program, sample: Sample, equations: tuple[str, ...]) -> Sample:
     """`sample` without the equations that nobody asked for."""
-    return Sample(
-        sample.graph,
-        {n: sample.equations[n] for n in equations},
-        sample.fitted,
-        {n: sample.jacobian[n] for n in program.outputs},
-        sample.states,
-        sample.sensitivities,
+    return replace(
+        sample,
+        equations={n: sample.equations[n] for n in equations},
+        jacobian={n: sample.jacobian[n] for n in program.outputs},
     )
 
 
-def _rewrite(sample: Sample, places: Places) -> Sample:
+def _copied(old: Graph, roots: Iterable[int], places: Places) -> tuple[Graph, dict[int, int]]:
+    """A new graph with `places` filled in, and where the nodes of the old one are in it."""
     graph, new = Graph(), dict[int, int]()
-    for at in sample.graph.needed(roots_of(sample)):
-        new[at] = _node(graph, sample.graph, at, new, places)
-        if at in sample.graph.labels:
-            graph.label(new[at], *sample.graph.labels[at])
+    for at in old.needed(roots):
+        new[at] = _node(graph, old, at, new, places)
+        if at in old.labels:
+            graph.label(new[at], *old.labels[at])
+    return graph, new
+
+
+def _rewrite(sample: Sample, places: Places) -> Sample:
+    graph, new = _copied(sample.graph, roots_of(sample), places)
 
     def pair(p: Pair) -> Pair:
         return (None if p[0] is None else new[p[0]], None if p[1] is None else new[p[1]])
@@ -113,7 +118,14 @@ def _rewrite(sample: Sample, places: Places) -> Sample:
         {n: tuple(pair(d) for d in row) for n, row in sample.jacobian.items()},
         {n: new[at] for n, at in sample.states.items()},
         {key: new[at] for key, at in sample.sensitivities.items()},
+        None if sample.part is None else _rewrite_part(sample.part, places),
     )
+
+
+def _rewrite_part(part: Part, places: Places) -> Part:
+    graph, new = _copied(part.graph, part.results(True).values(), places)
+    states = {n: new[at] for n, at in part.states.items()}
+    return Part(graph, part.count, states, {key: new[at] for key, at in part.sensitivities.items()})
 
 
 def _node(graph: Graph, old: Graph, at: int, new: dict[int, int], places: Places) -> int:

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 
 from modelgen.codegen.build import default_wrt
 from modelgen.codegen.ctext import RESERVED, Printer, c_name, comment
-from modelgen.codegen.program import Program, Sample, build_program, sensitivity
-from modelgen.codegen.real import work
+from modelgen.codegen.kernels import part_loop
+from modelgen.codegen.program import Part, Program, Sample, build_program, sensitivity
+from modelgen.codegen.real import Work, work
 from modelgen.codegen.split import Pair
 from modelgen.export.floats import MATH
 from modelgen.export.rewrite import STEP, at_start, at_step, inputs_of, only, rewrite, rewrite_root
@@ -202,7 +203,11 @@ class _Maker:
         roots = list(results.all())
         need = sample.graph.needed(roots)
         printer = Printer(sample.graph)
-        body = self._loads(printer, need, starts)
+        body = self._loads(printer, need, starts, _Moving.of(sample, jacobian))
+        cost = work(sample.graph, need)
+        if sample.part is not None:
+            loop, more = self._parts(sample.part, printer, jacobian)
+            body, cost = [*body, *loop], cost.with_loop(more, sample.part.count)
         body += printer.lines(need, roots)
         kept = [f"state->{s.member} = " for s in self.states]
         values = [printer.value(at) for at in results.states]
@@ -227,7 +232,15 @@ class _Maker:
         arguments = self._arguments(jacobian)
         unused = [x for x in ("p", "in") if not re.search(rf"\b{x}->", "\n".join(body))]
         body = [*(f"(void){x};" for x in unused if re.search(rf"\*{x}\b", arguments)), *body]
-        return Routine(name, says, arguments, tuple(body), work(sample.graph, need).operations)
+        return Routine(name, says, arguments, tuple(body), cost.operations)
+
+    def _parts(self, part: Part, outer: Printer, jacobian: bool) -> tuple[list[str], Work]:
+        """The loop over the parts of a step, in the names of `outer`; and the work of one."""
+        printer = Printer(part.graph, taken=outer.taken)
+        for at, node in enumerate(outer.graph.nodes):
+            if node.op == "in" and at in outer.names:
+                printer.names[part.graph.input(str(node.data))] = outer.names[at]
+        return part_loop(part, printer, jacobian)
 
     def outputs_of(self, sample: Sample, jacobian: bool) -> list[Pair]:
         """Values as the source writes them; beside derivatives, in the form that these share."""
@@ -247,8 +260,8 @@ class _Maker:
             parts.append(f"double jac[{self.prefix.upper()}_ROWS][{self.prefix.upper()}_COLUMNS]")
         return ", ".join(parts)
 
-    def _loads(self, printer: Printer, need: list[int], starts: bool) -> list[str]:
-        """Struct members that the body uses, as local constants."""
+    def _loads(self, printer: Printer, need: list[int], starts: bool, moving: _Moving) -> list[str]:
+        """Struct members that the body uses, as local constants; variables where a loop moves them."""
         lines = []
         groups: list[tuple[str, Sequence[Slot]]] = [("p", self.parameters), ("in", self.inputs)]
         if not starts:
@@ -257,11 +270,27 @@ class _Maker:
         for pointer, slots in groups:
             for s in slots:
                 at = printer.graph.input(s.name)
-                if at in wanted:
+                if at in wanted or s.name in moving.needs:
                     local = printer.fresh(c_name(s.member))
                     printer.names[at] = local
-                    lines.append(f"const double {local} = {pointer}->{s.member};")
+                    kind = "double" if s.name in moving.names else "const double"
+                    lines.append(f"{kind} {local} = {pointer}->{s.member};")
         return lines
+
+
+@dataclass(frozen=True)
+class _Moving:
+    """What the loop over the parts of a step needs, and the `names` among that which it changes."""
+
+    needs: frozenset[str] = frozenset()
+    names: frozenset[str] = frozenset()
+
+    @staticmethod
+    def of(sample: Sample, jacobian: bool) -> _Moving:
+        if sample.part is None:
+            return _Moving()
+        results = sample.part.results(jacobian)
+        return _Moving(frozenset(sample.part.graph.inputs(results.values())), frozenset(results))
 
 
 @dataclass(frozen=True)
