@@ -11,6 +11,7 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 import pytest
+import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -20,7 +21,7 @@ from modelgen.codegen.compiler import FAST, find_compiler
 from modelgen.codegen.emit import emit, environment
 from modelgen.codegen.program import build_program
 from modelgen.effects import CATALOGUE
-from modelgen.language import Model
+from modelgen.language import Equation, Input, Model, Parameter
 
 TRANSDUCERS = ("magnetostrictive_transducer", "electrodynamic_transducer")
 SIX = ("mu33_re", "mu33_im", "S33_re", "S33_im", "d33_re", "d33_im")
@@ -183,3 +184,22 @@ def test_tiles_without_a_turn_take_one_exponential_less_and_give_the_same() -> N
     code = next(k for k in source.kernels if k.name == "values_real").code
     lean, full = code.split("mg_turns == 0U")[1].split("} else {")[:2]
     assert (lean.count("mg_exp("), full.count("mg_exp(")) == (1, 2)
+
+
+@pytest.mark.parametrize("by", [1, sp.I])
+def test_normal_equations_of_many_columns_are_those_of_the_jacobian(by: Any) -> None:
+    """Σ a_k/(1 + k x), real, and with j x in the place of x: 30 columns, whose products are loops."""
+    x = Input("x", "1")
+    a = [Parameter(f"a_{k}", "1", 0.5 + k % 3) for k in range(30)]
+    total = sum(q * q / (1 + by * k * x) for k, q in enumerate(a, 1))
+    model = Model("many", (x,), tuple(a), (Equation("Z", total, "1"),), ("Z",))
+    (F,) = build_many([(model, tuple(q.name for q in a))], ("jacobian", "normal"))
+    at, measure = np.linspace(0.1, 2, 37), "real" if by == 1 else "complex"
+    ready, theta = F.prepare(x=at), [q.default for q in a]
+    value, jac = ready.jacobian(theta, measure)
+    data, weight = np.cos(at) * np.ones_like(value), 1 + at * np.ones_like(value)
+    whole, g, A = ready.normal(theta, measure, ready.pad(data), ready.pad(weight))
+    e, J = weight * (value - data), (weight[:, None] * jac).swapaxes(1, 2).reshape(-1, len(a))
+    assert whole == pytest.approx(np.sum(e**2), rel=1e-12)
+    assert g == pytest.approx(J.T @ e.ravel(), rel=1e-10)
+    assert pytest.approx(J.T @ J, rel=1e-12) == A

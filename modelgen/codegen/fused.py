@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 from modelgen.codegen.kernels import Region, Stages
 from modelgen.codegen.loops import SAYS, Kernel, alone, indent, make_kernel
 from modelgen.codegen.scan import over_time, scan_of
+
+WRITTEN = 24
+"""With more columns the products of any two are loops: written out they keep the compiler for minutes."""
 
 
 def sumsq(stages: Stages, prefix: str, measure: str) -> Kernel:
@@ -20,7 +24,7 @@ def sumsq(stages: Stages, prefix: str, measure: str) -> Kernel:
         lines, cost = over_time(
             stages, measure, False, lambda r: [*_errors(r, measure), f"lanes[0] += {squares};"],
             lambda r: [*_errors(r, measure), f"row[0][l] = {squares};"],
-            _blocks(1, ["lanes[l] += row[0][b + l];"]),
+            _blocks(1, _over_lanes(["lanes[l] += row[0][b + l];"])),
         )  # fmt: skip
         total += [*(["double row[1][MG_TILE];"] if scan_of(stages) else []), *lines]
     else:
@@ -114,12 +118,38 @@ def _stores(region: Region) -> list[str]:
 
 def _tiled(region: Region) -> list[str]:
     """Products of two blocks of MG_LANES samples from b on: a sum is loaded and stored once for both."""
+    columns, channels = len(region.jacobian[0]), len(region.values)
+    if columns > WRITTEN and len(_names(region)) == channels * (columns + 1):
+        return _looped(columns, channels)
     at = {x: f"row[{k}]" for k, x in enumerate(_names(region))}
     halves = ("b + l", "b + MG_LANES + l")
-    return [
+    return _over_lanes(
         f"sum[{m}][l] += {' + '.join(f'{at[x]}[{h}] * {at[y]}[{h}]' for h in halves for x, y in t)};"
         for m, t in _sums(region)
-    ]
+    )
+
+
+def _over_lanes(body: Iterable[str]) -> list[str]:
+    return ["for (size_t l = 0; l < MG_LANES; ++l) {", indent([*body], 1), "}"]
+
+
+def _looped(columns: int, channels: int) -> list[str]:
+    """The same with loops over pairs of columns, none of which is zero anywhere."""
+
+    def products(left: str, right: str) -> list[str]:
+        each = " + ".join(
+            f"row[{left} * {channels} + {c}][{h}] * row[{right} * {channels} + {c}][{h}]"
+            for h in ("b + l", "b + MG_LANES + l")
+            for c in range(channels)
+        )
+        return [*_over_lanes([f"sum[at][l] += {each};"]), "++at;"]
+
+    return [
+        "size_t at = 0;",
+        f"for (size_t lo = 0; lo < {columns}; ++lo) {{",
+        f"    for (size_t hi = lo; hi < {columns}; ++hi) {{", indent(products("lo", "hi"), 2), "    }", "}",
+        f"for (size_t lo = 0; lo <= {columns}; ++lo) {{", indent(products("lo", str(columns)), 1), "}",
+    ]  # fmt: skip
 
 
 def _blocks(rows: int, products: list[str]) -> list[str]:
@@ -130,9 +160,7 @@ def _blocks(rows: int, products: list[str]) -> list[str]:
         *(f"    row[{k}][l] = 0.0;" for k in range(rows)),
         "}",
         f"for (size_t b = 0; b < count; b += {step}) {{",
-        "    for (size_t l = 0; l < MG_LANES; ++l) {",
-        indent(products, 2),
-        "    }",
+        indent(products, 1),
         "}",
     ]
 
@@ -148,9 +176,7 @@ def _tiles(region: Region, measure: str) -> list[str]:
         "        const size_t i = base + l;",
         indent([*region.body, *_rows(region, measure), *_stores(region)], 2),
         "    }",
-        "    for (size_t l = 0; l < MG_LANES; ++l) {",
-        indent([x.replace("[b + ", "[") for x in _tiled(region)], 2),
-        "    }",
+        indent([x.replace("[b + ", "[") for x in _tiled(region)], 1),
         "}",
     ]
 
