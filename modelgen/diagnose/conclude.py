@@ -19,7 +19,7 @@ from modelgen.diagnose.locate import locate
 from modelgen.diagnose.ranking import Standing, standings, weights
 from modelgen.diagnose.refit import Fit
 from modelgen.diagnose.search import claimless
-from modelgen.diagnose.setting import Outcome, Setting
+from modelgen.diagnose.setting import CLOSE, Outcome, Setting
 from modelgen.diagnose.show import port_curve, port_sensitivities, traces
 from modelgen.diagnose.unlisted import with_rivals
 from modelgen.diagnose.verdict import Finding, Trial, Verdict
@@ -143,18 +143,23 @@ def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str | None:
     """The recording that would separate this effect from its equivalents."""
     from modelgen.diagnose.separate import separate
 
-    rest = outcome.best.hypothesis.key - {s.addition.key}
-    rivals = sorted(
+    best = outcome.best
+    rest = best.hypothesis.key - {s.addition.key}
+    others = sorted(
         (
             f
             for f in outcome.tried
-            if rest <= f.hypothesis.key
-            and any(i in f.ids for i in s.equivalents)
-            and len(f.ids) == len(outcome.best.ids)
+            if rest <= f.hypothesis.key and len(f.ids) == len(best.ids) and set(f.ids) != set(best.ids)
         ),
         key=lambda f: f.bic,
     )
-    return separate(setting, outcome, outcome.best, rivals[:3])
+    rivals = [f for f in others if f.bic - best.bic < CLOSE]
+    near = [f for f in others if CLOSE <= f.bic - best.bic < CLOSE + NEAR]
+    return separate(setting, outcome, best, rivals, near)
+
+
+NEAR = 5.0
+"""ΔBIC beyond CLOSE within which a hypothesis may come back with the next recording."""
 
 
 def _trials(outcome: Outcome) -> tuple[Trial, ...]:

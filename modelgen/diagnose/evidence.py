@@ -26,6 +26,16 @@ class Level:
     count: float
 
 
+@dataclass(frozen=True)
+class Smooth:
+    """A smooth relative error of an instrument: rms in units of the independent noise; length in ln f;
+    shared: the same in all sweeps."""
+
+    rms: float
+    length: float
+    shared: bool
+
+
 def levels(series: Sequence[Series]) -> tuple[Level, ...]:
     return tuple(Level(TRUST_STATED if s.stated else TRUST_ESTIMATED) for s in series)
 

@@ -12,7 +12,7 @@ import numpy as np
 from modelgen.codegen.build import build_many
 from modelgen.effects import Effect, Shape, Strength, family, search_range
 from modelgen.errors import InputError
-from modelgen.fit.experiment import Experiment, make_layout
+from modelgen.fit.experiment import Experiment, Layout, make_layout
 from modelgen.fit.series import Array, Series
 from modelgen.language import Model, Parameter, Port
 from modelgen.recordings import Case
@@ -72,14 +72,36 @@ def _with_ranges(model: Model, a: Addition) -> Model:
     new: list[Parameter] = []
     for q in a.effect.shapes:
         p = model.parameter(f"{a.id}_{q.name}")
-        low, high = a.ranges[q.name]
-        if q.scale != "1":
-            span = high - low
-            low, high = (low / MARGIN, high * MARGIN) if q.log and low > 0 else (low - span, high + span)
+        low, high = _margins(q, *a.ranges[q.name])
         low, high = max(low, p.bounds[0]), min(high, p.bounds[1])
         new.append(replace(p, bounds=(low, high), default=None))
     names = {p.name: p for p in new}
     return replace(model, parameters=tuple(names.get(p.name, p) for p in model.parameters))
+
+
+def _margins(q: Shape, low: float, high: float) -> tuple[float, float]:
+    """Bounds of a shape that is searched first from low to high."""
+    if q.scale == "1":
+        return low, high
+    span = high - low
+    return (low / MARGIN, high * MARGIN) if q.log and low > 0 else (low - span, high + span)
+
+
+def ranged(a: Addition, scales: Mapping[str, Array]) -> Addition:
+    """The addition with the search ranges of shapes that other scales of recordings give it."""
+    tried = {q.name: search_range(q, scales) for q in a.effect.shapes if "port" not in q.scale}
+    return replace(a, ranges={**a.ranges, **tried})
+
+
+def widened(layout: Layout, added: Sequence[Addition]) -> Layout:
+    """The layout with bounds of shapes that reach as far as the ranges of `added`, too."""
+    bounds = {p.name: p.bounds for p in layout.parameters}
+    for a in added:
+        for q in a.effect.shapes:
+            low, high = bounds.get(name := f"{a.id}_{q.name}", (inf, -inf))
+            least, most = _margins(q, *a.ranges[q.name])
+            bounds[name] = min(low, max(least, 0.0) if q.log else least), max(high, most)
+    return replace(layout, parameters=tuple(replace(p, bounds=bounds[p.name]) for p in layout.parameters))
 
 
 def additions(
@@ -110,6 +132,11 @@ class Hypothesis:
     @property
     def ids(self) -> tuple[str, ...]:
         return tuple(a.id for a in self.added)
+
+    @property
+    def shapes(self) -> frozenset[str]:
+        """Names of the shapes of what is added."""
+        return frozenset(f"{a.id}_{q.name}" for a in self.added for q in a.effect.shapes)
 
     @property
     def log_common(self) -> float:

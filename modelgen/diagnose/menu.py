@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,76 +12,107 @@ from modelgen.fit.series import Array, Series
 from modelgen.language import Model, Parameter
 from modelgen.units import factor
 
-REACH = 5.0
+REACHES = (5.0, 25.0)
 """How much further than now a band, a rate may reach."""
-LOAD = 1.5
+LOADS = {1.5: 1.0, 4.0: 1.5, 0.5: 2.0}
+"""Moving masses over the present one, and what they cost. Less is offered where there are loads to take
+off."""
 BLOCKED = 1e6
 """A moving mass so many times its value lets nothing move."""
+TIMES = (16, 100)
+"""How often a recording may be repeated and averaged."""
 SAMPLES = 1500
 """Samples of a planned record in time; its noise is reduced to make up for those that a full one has more."""
+DEAREST = 4.0
+"""Cost up to which plans are thought of: each change of the present recording costs about one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
     """A recording: what is done, in words; recorded inputs (n,); values known there; noise over today's.
 
-    averaged: nothing but the noise is other than now.
+    cost: roughly the trouble of making it. averaged: how often it is repeated. same: nothing else than the
+    noise differs from the present recording.
     """
 
     says: str
     inputs: Mapping[str, Array]
     constants: Mapping[str, float] = field(default_factory=dict)
     quiet: float = 1.0
-    averaged: bool = False
+    cost: float = 1.0
+    averaged: int = 1
+    same: bool = False
+
+    def repeated(self, times: int) -> Plan:
+        """This, averaged over so many repetitions."""
+        comma = "" if self.same else ","
+        cost = self.cost + (1.0 if times < 50 else 2.0)
+        says = f"{self.says}{comma} averaged {times} times"
+        return replace(self, says=says, quiet=self.quiet / times**0.5, cost=cost, averaged=times)
 
 
 def plans(model: Model, series: Sequence[Series], k: int, known: Mapping[str, float]) -> tuple[Plan, ...]:
-    """What could be recorded next in the manner of recording `k`.
+    """What could be recorded next in the manner of recording `k`, the least trouble first.
 
     known: values of all parameters there, fitted or not; those that a fit can't change are in its constants.
     """
     if not model.axis:
         return ()
-    made = _motions(model, series[k]) if model.is_time_model else _sweeps(model, series, k, known)
-    return tuple(made)
+    made = list(_motions(model, series[k]) if model.is_time_model else _sweeps(model, series, k, known))
+    made += [p.repeated(n) for p in made for n in TIMES]
+    return tuple(sorted((p for p in made if 0 < p.cost <= DEAREST), key=lambda p: p.cost))
 
 
 # -- along frequency -----------------------------------------------------------------------------------------
 
 
 def _sweeps(model: Model, series: Sequence[Series], k: int, known: Mapping[str, float]) -> Iterator[Plan]:
-    axis = model.axis
-    f = series[k].inputs[axis]
-    low = min(float(s.inputs[axis].min()) for s in series)
-    high = max(float(s.inputs[axis].max()) for s in series)
-    same = {i.name: series[k].inputs[i.name] for i in model.inputs if i.derived is None}
-    unit = next(i.unit for i in model.inputs if i.name == axis)
-    count = int(np.clip(len(f), 100, 400))
-    level = {name: np.full(count, np.median(x)) for name, x in same.items()}
-
-    def band(a: float, b: float) -> Plan:
-        says = f"a sweep from {_value(a, unit)} to {_value(b, unit)}"
-        return Plan(says, {**level, axis: np.geomspace(a, b, count)})
-
-    yield band(low, REACH * high)
-    yield band(low / REACH, high)
-    yield band(low / REACH, REACH * high)
-    yield Plan("the same sweep averaged 16 times", same, quiet=0.25, averaged=True)
-    mass = next((p for p in model.scalar_parameters if _has_unit(p, "kg")), None)
-    if mass is not None and mass.name in series[k].constants:
-        more = LOAD * known[mass.name]
-        says = f"a second sweep with {LOAD - 1:.0%} more mass ({mass.name} = {_value(more, mass.unit)})"
-        yield Plan(says, same, {mass.name: more})
-    if mass is not None and any(p.name == "electrical" for p in model.ports):
-        yield Plan(
-            "the same sweep with the moving side blocked", same, {mass.name: BLOCKED * known[mass.name]}
-        )
-    for name in {v.name for p in model.ports for key, v in p.variables if key == "amplitude"}:
+    """Every band with every load, and the same band at other amplitudes; the first is the sweep as it is."""
+    here = {i.name: series[k].inputs[i.name] for i in model.inputs if i.derived is None}
+    bands = [("the same sweep", here, 0.0), *_bands(model, series, k, here)]
+    for says, inputs, cost in bands:
+        yield Plan(says, inputs, cost=cost, same=cost == 0)
+        for words, constants, more in _loads(model, series, k, known):
+            sweep = says if "same" in says and "blocked" in words else says.replace("the same", "a second")
+            yield Plan(f"{sweep} {words}", inputs, constants, cost=cost + more)
+    for name in sorted({v.name for p in model.ports for key, v in p.variables if key == "amplitude"}):
         for ratio in (3.0, 1 / 3):
             value = ratio * known[name]
-            yield Plan(
-                f"the same sweep at {name} = {_value(value, model.parameter(name).unit)}", same, {name: value}
-            )
+            says = f"the same sweep at {name} = {_value(value, model.parameter(name).unit)}"
+            yield Plan(says, here, {name: value})
+
+
+def _bands(
+    model: Model, series: Sequence[Series], k: int, here: Mapping[str, Array]
+) -> Iterator[tuple[str, dict[str, Array], float]]:
+    """(words, inputs, cost) of bands that reach further up, further down, and both."""
+    axis = model.axis
+    low = min(float(s.inputs[axis].min()) for s in series)
+    high = max(float(s.inputs[axis].max()) for s in series)
+    unit = next(i.unit for i in model.inputs if i.name == axis)
+    count = int(np.clip(series[k].n, 100, 400))
+    level = {name: np.full(count, np.median(x)) for name, x in here.items()}
+    for reach in REACHES:
+        for a, b in ((low, reach * high), (low / reach, high), (low / reach, reach * high)):
+            says = f"a sweep from {_value(a, unit)} to {_value(b, unit)}"
+            yield says, {**level, axis: np.geomspace(a, b, count)}, 1.0 if reach == REACHES[0] else 2.0
+
+
+def _loads(
+    model: Model, series: Sequence[Series], k: int, known: Mapping[str, float]
+) -> Iterator[tuple[str, dict[str, float], float]]:
+    """(words, values known, cost) of other moving masses, and of a moving side that is held."""
+    mass = next((p for p in model.scalar_parameters if _has_unit(p, "kg")), None)
+    if mass is None:
+        return
+    loaded = len({s.constants.get(mass.name) for s in series}) > 1
+    for load, cost in LOADS.items() if mass.name in series[k].constants else ():
+        if load > 1 or loaded:
+            value, how = load * known[mass.name], "more" if load > 1 else "less"
+            words = f"with {abs(load - 1):.0%} {how} mass ({mass.name} = {_value(value, mass.unit)})"
+            yield words, {mass.name: value}, cost
+    if any(p.name == "electrical" for p in model.ports):
+        yield "with the moving side blocked", {mass.name: BLOCKED * known[mass.name]}, 1.5
 
 
 def _has_unit(p: Parameter, unit: str) -> bool:
@@ -96,6 +127,7 @@ def _has_unit(p: Parameter, unit: str) -> bool:
 
 
 def _motions(model: Model, s: Series) -> Iterator[Plan]:
+    """The motion as it is, at other rates and amplitudes, about another mean, held, and repeated."""
     axis = model.axis
     driven = [i for i in model.inputs if i.derived is None and i.name != axis]
     t, x = _short(s.inputs[axis], {i.name: s.inputs[i.name] for i in driven})
@@ -104,22 +136,28 @@ def _motions(model: Model, s: Series) -> Iterator[Plan]:
     half = {n: 0.5 * float(np.ptp(v)) for n, v in x.items()}
     at = ", ".join(_value(half[i.name], i.unit) for i in driven)
 
-    def motion(says: str, t: Array, x: Mapping[str, Array]) -> Plan:
-        return Plan(says, {axis: t, **x}, quiet=quiet)
-
-    def scaled(by: float) -> dict[str, Array]:
-        return {n: middle[n] + by * (v - middle[n]) for n, v in x.items()}
+    def motion(says: str, t: Array, x: Mapping[str, Array], cost: float = 1.0) -> Plan:
+        return Plan(says, {axis: t, **x}, quiet=quiet, cost=cost, same=cost == 0)
 
     unit = model.inputs[0].unit
     length = float(t[-1] - t[0])
-    yield motion(f"the same motion {REACH:g} times as fast", t[0] + (t - t[0]) / REACH, x)
-    yield motion(f"the same motion {REACH:g} times as slow", t[0] + (t - t[0]) * REACH, x)
-    yield motion(f"the same motion at twice the amplitude (± {at} now)", t, scaled(2.0))
-    yield motion(f"the same motion at a third of the amplitude (± {at} now)", t, scaled(1 / 3))
-    yield motion(
-        f"the same motion about a mean that is higher by {at}", t, {n: v + half[n] for n, v in x.items()}
-    )
-    yield Plan("the same motion averaged 16 times", {axis: t, **x}, quiet=quiet / 4, averaged=True)
+    sizes = {
+        "": (x, 0.0),
+        f" at twice the amplitude (± {at} now)": ({n: 2 * v - middle[n] for n, v in x.items()}, 1.0),
+        f" at a third of the amplitude (± {at} now)": (
+            {n: middle[n] + (v - middle[n]) / 3 for n, v in x.items()},
+            1.0,
+        ),
+    }
+    for words, (path, cost) in sizes.items():
+        yield motion(f"the same motion{words}", t, path, cost)
+        for reach in REACHES:
+            more = cost + (1.0 if reach == REACHES[0] else 2.0)
+            for by, how in ((1 / reach, "fast"), (reach, "slow")):
+                says = f"the same motion {reach:g} times as {how}{words}"
+                yield motion(says, t[0] + (t - t[0]) * by, path, more)
+    higher = {n: v + half[n] for n, v in x.items()}
+    yield motion(f"the same motion about a mean that is higher by {at}", t, higher)
     rise = 0.5 - 0.5 * np.cos(np.pi * np.clip((t - t[0] - 0.05 * length) / (0.03 * length), 0.0, 1.0))
     step = {n: middle[n] + half[n] * (2 * rise - 1) for n in x}
     yield motion(f"a step from end to end of the stroke, held for {_value(0.92 * length, unit)}", t, step)

@@ -9,11 +9,7 @@ import numpy as np
 
 from modelgen.diagnose.hypothesis import Addition
 from modelgen.diagnose.refit import Fit
-from modelgen.diagnose.setting import CLOSE, Outcome
-
-TEMPER = 1.3
-"""BIC differences are divided by this before they become odds: laws are never exactly those of the
-catalogue."""
+from modelgen.diagnose.setting import CLOSE, TEMPER, Outcome
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from modelgen.diagnose.evidence import Level, bic
+from modelgen.diagnose.evidence import Level, Smooth, bic
 from modelgen.diagnose.hypothesis import Hypothesis, centre
 from modelgen.errors import InputError
 from modelgen.fit import GaussNewton
+from modelgen.fit.experiment import Layout
 from modelgen.fit.series import Array, Whitener
 
 
@@ -43,12 +44,14 @@ class Judge:
     `temper` > 1 where even the best hypothesis leaves far more than noise: the correlation length of what is
     left, in samples, by which evidence is divided. Residuals of wrong models are no independent data.
     excess: BIC that a hypothesis (by its key) gains from errors of the motion alone; it is taken back.
+    smooth: an instrument's error that nobody stated, which the whiteners count as noise.
     """
 
     whiteners: tuple[Whitener, ...]
     prior: tuple[Level, ...]
     temper: float = 1.0
     excess: Mapping[frozenset[tuple[str, str, int]], float] = field(default_factory=dict)
+    smooth: Smooth | None = None
 
     def fit(self, h: Hypothesis, starts: Iterable[Array], iterations: int = 60) -> Fit:
         """The best of local fits from `starts`."""
@@ -71,27 +74,30 @@ class Judge:
         """Evidence of `h` at θ as it stands."""
         with np.errstate(all="ignore"):
             white = tuple(h.experiment.whitened(theta, self.whiteners))
-        free = _free(h, theta)
+        count = free(h.experiment.layout, theta, h.shapes)
         value = (
-            bic(white, self.prior, free, temper=self.temper) - 2 * h.log_common + self.excess.get(h.key, 0.0)
+            bic(white, self.prior, count, temper=self.temper) - 2 * h.log_common + self.excess.get(h.key, 0.0)
             if all(np.all(np.isfinite(e)) for e in white)
             else np.inf
         )
-        return Fit(h, theta, white, float(value), free)
+        return Fit(h, theta, white, float(value), count)
 
     def tangent(self, fit: Fit) -> tuple[Array, Array]:
         """Whitened residual and Jacobian over all recordings at the fit."""
         return fit.hypothesis.experiment.linearised(fit.theta, self.whiteners)
 
 
-def _free(h: Hypothesis, theta: Array) -> int:
-    """Number of parameters that are not held by a bound: a passive element driven to nothing costs
-    nothing."""
-    low = np.array([p.bounds[0] for p in h.experiment.layout.parameters])
-    high = np.array([p.bounds[1] for p in h.experiment.layout.parameters])
+def free(layout: Layout, theta: Array, shapes: Collection[str] = ()) -> int:
+    """Number of parameters that are not held by a bound: a passive element driven to nothing costs nothing.
+
+    An effect's shape on its bound has been chosen there like any other value: it costs what it costs within.
+    """
+    low = np.array([p.bounds[0] for p in layout.parameters])
+    high = np.array([p.bounds[1] for p in layout.parameters])
     size = np.where(np.isfinite(high - low), high - low, np.maximum(np.abs(theta), 1e-300))
     at = (np.abs(theta - low) <= 1e-9 * size) | (np.abs(high - theta) <= 1e-9 * size)
-    return int(len(theta) - np.count_nonzero(at))
+    chosen = np.array([n in shapes for n in layout.names])
+    return int(len(theta) - np.count_nonzero(at & ~chosen))
 
 
 def base_starts(h: Hypothesis, seed: int, count: int = 8) -> list[Array]:

@@ -88,7 +88,7 @@ def _concluded(
         return Outcome(judge, look[0], look[1], tuple(look[2:]), blind)
     lnf = [np.log(x.inputs[s.model.axis]) for x in s.series]
     plain = tuple(replace(x.whitener, ar=None) for x in s.series)
-    smoothed = replace(judge, whiteners=with_smooth(plain, lnf, smooth))
+    smoothed = replace(judge, whiteners=with_smooth(plain, lnf, smooth), smooth=smooth)
     judge, base, fits = judged_anew(s, smoothed, base, tried)
     chosen = base
     for size in range(1, len(best.ids) + 1):

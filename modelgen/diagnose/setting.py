@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import log
 
 from modelgen.diagnose.hypothesis import Addition
 from modelgen.diagnose.refit import Fit, Judge
@@ -14,8 +15,11 @@ from modelgen.recordings import Case
 ALARM = 10.0
 """ΔBIC that an effect must gain to be claimed: with thirty candidates a false alarm in less than one of a
 hundred."""
-CLOSE = 10.0
-"""ΔBIC within which the data do not exclude a hypothesis."""
+TEMPER = 1.3
+"""BIC differences are divided by this before they become odds: laws are never exactly those of the
+catalogue."""
+CLOSE = 2 * TEMPER * log(20)
+"""ΔBIC within which the data do not exclude a hypothesis: odds of one to twenty."""
 COLOUR_TIME, COLOUR_SWEEP = 12, 3
 """Greatest order of a noise's colour along time, and along a sweep's frequencies."""
 

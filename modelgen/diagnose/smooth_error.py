@@ -8,10 +8,11 @@ ch. 5), the fit's own parameters free beside it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from modelgen.diagnose.evidence import Smooth
 from modelgen.diagnose.refit import Fit, Judge
 from modelgen.fit.series import Array, Whitener
 
@@ -23,15 +24,6 @@ RARE = 4.0
 """−2 ln of the prior of an error, by its size."""
 SURE = 20.0
 """ΔBIC that the process must gain to be taken into the noise: forty of them are tried."""
-
-
-@dataclass(frozen=True)
-class Smooth:
-    """rms in units of the independent noise; length in ln f; shared: the same error in all sweeps."""
-
-    rms: float
-    length: float
-    shared: bool
 
 
 def smooth_error(judge: Judge, fit: Fit) -> tuple[float, float, Smooth | None]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from modelgen.fit.series import Array
 from modelgen.language import Model
-from modelgen.recordings import Case, Recording
+from modelgen.recordings import Case, Noise, Recording
 
 MOST = 24_000
 """Samples over all recordings that a diagnosis works on."""
@@ -22,9 +22,12 @@ def thin(model: Model, case: Case) -> tuple[Case, tuple[str, ...]]:
         return case, ()
     block = -(-fit // MOST)
     records = tuple(_averaged(r, block) for r in case.recordings)
-    sigma = {n: s / np.sqrt(block) for n, s in case.noise.sigma.items()}
     note = f"{fit} samples were averaged in blocks of {block}; what happens faster than that is not judged"
-    return replace(case, recordings=records, noise=replace(case.noise, sigma=sigma)), (note,)
+    return replace(case, recordings=records, noise=_quieter(case.noise, block)), (note,)
+
+
+def _quieter(noise: Noise, block: int) -> Noise:
+    return replace(noise, sigma={n: s / np.sqrt(block) for n, s in noise.sigma.items()})
 
 
 def _averaged(r: Recording, block: int) -> Recording:
@@ -38,4 +41,5 @@ def _averaged(r: Recording, block: int) -> Recording:
         r,
         inputs={k: mean(x) for k, x in r.inputs.items()},
         outputs={k: mean(x) for k, x in r.outputs.items()},
+        noise=_quieter(r.noise, block),
     )

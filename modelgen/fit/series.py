@@ -192,7 +192,8 @@ def input_noise(model: Model, case: Case, recording: Recording) -> dict[str, flo
     or high differences of the record hold more than BELIEVED times what is."""
     from modelgen.recordings.noise import noise_std
 
-    found = {i.name: case.noise.sigma.get(i.name) for i in model.inputs if i.derived is None}
+    sigma = case.noise_of(recording).sigma
+    found = {i.name: sigma.get(i.name) for i in model.inputs if i.derived is None}
     for name in {i.derived[1] for i in model.inputs if i.derived}:
         told = found.get(name)
         if told and noise_std(recording.inputs[model.axis], recording.inputs[name]) > BELIEVED * told:
@@ -206,7 +207,8 @@ def _weight(case: Case, recording: Recording, found: list[str], kind: str, y: Ar
     from modelgen.fit.scatter import local_scatter
 
     first = found[0]
-    absolute, relative = case.noise.sigma.get(first), case.noise.relative.get(first)
+    noise = case.noise_of(recording)
+    absolute, relative = noise.sigma.get(first), noise.relative.get(first)
     if kind in ("complex", "modulus"):
         if absolute is None or relative is not None:
             spread = relative or local_scatter(np.log(y) if kind == "modulus" else _unwrapped_log(y))
@@ -220,7 +222,7 @@ def _weight(case: Case, recording: Recording, found: list[str], kind: str, y: Ar
     rows, stated = [], True
     for o in found:
         x = recording.outputs[o]
-        a, r = case.noise.sigma.get(o), case.noise.relative.get(o)
+        a, r = noise.sigma.get(o), noise.relative.get(o)
         stated = stated and (a is not None or r is not None)
         level = a if a is not None else r * np.abs(x) if r is not None else local_scatter(x)
         rows.append(1.0 / np.broadcast_to(level, x.shape))
@@ -233,14 +235,15 @@ def _unwrapped_log(z: Array) -> Array:
 
 def _calibration_root(model: Model, case: Case, recording: Recording, output: str, kind: str) -> Array | None:
     """Whitens a smooth relative instrument error, correlated over a length in ln f, and independent noise."""
-    stated = case.noise.calibration.get(output)
+    noise = case.noise_of(recording)
+    stated = noise.calibration.get(output)
     if stated is None or kind not in ("complex", "modulus"):
         return None
     from scipy.linalg import solve_triangular
 
     # one instrument may err alike in all m sweeps: errors √m as large leave their mean as uncertain as that
     rms, length = stated[0] * float(np.sqrt(len(case.fit))), stated[1]
-    relative = case.noise.relative.get(output)
+    relative = noise.relative.get(output)
     axis = np.log(np.asarray(recording.inputs[model.axis]))
     own = np.full(axis.shape, relative if relative else 1e-3 * rms)
     smooth = np.exp(-0.5 * ((axis[:, None] - axis[None, :]) / length) ** 2)

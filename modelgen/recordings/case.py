@@ -31,13 +31,21 @@ class Noise:
     relative: Mapping[str, float] = field(default_factory=dict)
     calibration: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
+    def but(self, other: Noise) -> Noise:
+        """This, with what `other` says of a channel in its place."""
+        told = {*other.sigma, *other.relative}
+        sigma = {n: x for n, x in self.sigma.items() if n not in told} | dict(other.sigma)
+        relative = {n: x for n, x in self.relative.items() if n not in told} | dict(other.relative)
+        return Noise(sigma, relative, {**self.calibration, **other.calibration})
+
 
 @dataclass(frozen=True, eq=False)
 class Recording:
     """One recording in the model's units. All arrays have shape (n,), are contiguous and read-only.
 
     kinds: of each output, "real", "complex" (complex128), "modulus" or "phase" (deg) of a complex output.
-    constants: values known for this recording alone; they go before those of the case.
+    constants: values known for this recording alone; they go before those of the case. noise: of this
+    recording, where it differs from the case's (an averaged one is quieter).
     """
 
     name: str
@@ -48,6 +56,7 @@ class Recording:
     kinds: Mapping[str, str] = field(default_factory=dict)
     constants: Mapping[str, float] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    noise: Noise = field(default_factory=Noise)
 
     def __post_init__(self) -> None:
         inputs = {k: _frozen(v) for k, v in self.inputs.items()}
@@ -84,6 +93,10 @@ class Case:
         """The recordings that a fit may see."""
         return tuple(r for r in self.recordings if r.role == "fit")
 
+    def noise_of(self, recording: Recording) -> Noise:
+        """What is said of a recording's noise: for itself, or else for all."""
+        return self.noise.but(recording.noise)
+
     @property
     def holdout(self) -> tuple[Recording, ...]:
         """The recordings that neither a fit nor a choice between hypotheses may see."""
@@ -106,7 +119,7 @@ def load_case(case_file: CaseFile, signature: Signature) -> Case:
         per_recording=case_file.per_recording,
         constants=case_file.constants,
         bounds=case_file.bounds,
-        noise=_noise(case_file, signature),
+        noise=_noise(f"{case_file.path}, [noise]", case_file.noise, signature),
         options=case_file.options,
     )
 
@@ -121,8 +134,9 @@ def _frozen(values: Any) -> np.ndarray:
 def _load(case_file: CaseFile, spec: RecordingSpec, name: str, signature: Signature) -> Recording:
     path = case_file.path.parent / spec.file
     found = read_channels(read_table(path), signature)
+    noise = _noise(f"{case_file.path}, recording '{spec.file}' noise", spec.noise, signature)
     return Recording(
-        name, path, spec.role, found.inputs, found.outputs, found.kinds, spec.constants, found.warnings
+        name, path, spec.role, found.inputs, found.outputs, found.kinds, spec.constants, found.warnings, noise
     )
 
 
@@ -155,8 +169,8 @@ def _check_names(case: CaseFile, signature: Signature) -> None:
             raise fail(f"{case.path}, per_recording '{name}': is a constant, so it is free nowhere")
 
 
-def _noise(case: CaseFile, signature: Signature) -> Noise:
-    """Sort the [noise] table into its three kinds, named by the model's channels."""
+def _noise(place: str, table: Mapping[str, float | tuple[float, float]], signature: Signature) -> Noise:
+    """Sort a table of noise into its three kinds, named by the model's channels."""
     places: dict[str, tuple[str, Channel]] = {}
     for channel in (*signature.inputs, *signature.outputs):
         for name in channel.names:
@@ -165,8 +179,8 @@ def _noise(case: CaseFile, signature: Signature) -> Noise:
                 places[f"{name}_relative"] = ("relative", channel)
                 places[f"{name}_calibration"] = ("calibration", channel)
     found: dict[str, dict[str, Any]] = {"sigma": {}, "relative": {}, "calibration": {}}
-    for key, value in case.noise.items():
-        where = f"{case.path}, [noise] {key}"
+    for key, value in table.items():
+        where = f"{place} {key}"
         if key not in places:
             raise fail(f"{where}: {signature.model} has no such channel{did_you_mean(key, places)}")
         kind, channel = places[key]

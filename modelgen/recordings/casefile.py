@@ -6,7 +6,7 @@ import math
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ class RecordingSpec:
     file: str
     role: str
     constants: Mapping[str, float]
+    noise: Mapping[str, float | tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -157,7 +158,7 @@ def _recordings(path: Path, value: object) -> tuple[RecordingSpec, ...]:
     seen: dict[Path, str] = {}
     for number, entry in enumerate(value, 1):
         where = f"{path}, recording {number}"
-        _check_keys(where, _table(where, entry), ("file", "role", "constants"))
+        _check_keys(where, _table(where, entry), ("file", "role", "constants", "noise"))
         file = _text(f"{where}, file", entry.get("file"))
         role = _text(f"{where} ('{file}'), role", entry.get("role", "fit"))
         if role not in ROLES:
@@ -166,7 +167,8 @@ def _recordings(path: Path, value: object) -> tuple[RecordingSpec, ...]:
         if twin != where:
             raise fail(f"{where}: file '{file}' is given twice")
         constants = _numbers(f"{where} ('{file}'), constants", entry.get("constants", {}))
-        specs.append(RecordingSpec(file, role, constants))
+        noise = _noise(f"{where} ('{file}'), noise", entry.get("noise", {}))
+        specs.append(RecordingSpec(file, role, constants, noise))
     if all(spec.role != "fit" for spec in specs):
         raise fail(f'{path}: no recording has role = "fit", so there is nothing to fit')
     return tuple(specs)

@@ -1,8 +1,9 @@
 """The recording that a diagnosis proposes, made with the concealed device: it reads the sentence, as one
 would.
 
-Understood are sweeps over another band, with another mass, blocked, at another amplitude, or averaged, and
-motions that are faster, slower, larger, smaller, about another mean, repeated, or a step that is held.
+Understood are sweeps over another band, with another mass, blocked or at another amplitude; motions that are
+faster, slower, larger, smaller, about another mean, repeated, or a step that is held; each of them made once,
+or many times and averaged.
 """
 
 from __future__ import annotations
@@ -20,6 +21,9 @@ from .secret import Secret
 Entry = dict[str, Any]
 PREFIX = {"": 1.0, "k": 1e3, "M": 1e6}
 NUMBER = r"([-+0-9.eE]+)"
+FREQUENCY = rf"{NUMBER} ([kM]?)Hz"
+BAND = rf"from {FREQUENCY} to {FREQUENCY}"
+AVERAGED = r",? averaged (\d+) times$"
 
 
 def further(secret: Secret, sentence: str) -> Secret | None:
@@ -30,10 +34,13 @@ def further(secret: Secret, sentence: str) -> Secret | None:
     longest = max(
         entries, key=lambda e: e["n"] if key == "sweeps" else len(_motion(e).recorded(_motion(e).t))
     )
-    proposed = sentence.split(" would separate ")[0]
-    made = (_motions if key == "records" else _sweeps)(secret, longest, proposed)
-    if made is None or " would separate " not in sentence:
+    proposed, separates, _ = sentence.partition(" would separate ")
+    often = re.search(AVERAGED, proposed)
+    once = proposed[: often.start()] if often else proposed
+    made = (_motions if key == "records" else _sweeps)(secret, longest, once) if separates else None
+    if made is None or (made == longest and not often):
         return None
+    made = {**made, "averaged": int(often[1])} if often else made
     return replace(secret, setup={**secret.setup, "further": [made]})
 
 
@@ -47,50 +54,59 @@ def _motion(e: Entry) -> Motion:
 
 
 def _sweeps(secret: Secret, sweep: Entry, says: str) -> Entry | None:
-    count = int(np.clip(sweep["n"], 100, 400))
-    if m := re.match(rf"a sweep from {NUMBER} ([kM]?)Hz to {NUMBER} ([kM]?)Hz", says):
+    """One sweep; a band, a load and an amplitude may be given together."""
+    if not re.match(r"(a|a second|the same) sweep\b", says):
+        return None
+    made = dict(sweep)
+    if m := re.search(BAND, says):
         lo, hi = float(m[1]) * PREFIX[m[2]], float(m[3]) * PREFIX[m[4]]
-        return {**sweep, "lo": lo, "hi": hi, "n": count, "linear": False, "down": False}
-    if m := re.match(rf"a second sweep with .* more mass \((\w+) = {NUMBER} kg\)", says):
-        return {**sweep, "known": {**sweep["known"], m[1]: float(m[2])}}
-    if says == "the same sweep with the moving side blocked":
+        count = int(np.clip(sweep["n"], 100, 400))
+        made |= {"lo": lo, "hi": hi, "n": count, "linear": False, "down": False}
+    if m := re.search(rf"(?:more|less) mass \((\w+) = {NUMBER} kg\)", says):
+        made["known"] = {**made["known"], m[1]: float(m[2])}
+    if "with the moving side blocked" in says:
         name = "M_m" if "M_m" in secret.base else "M_t"
-        return {**sweep, "known": {**sweep["known"], name: 1e6 * secret.base[name]}}
-    if m := re.match(rf"the same sweep at (\w+) = {NUMBER} mm", says):
-        return {**sweep, "known": {**sweep["known"], m[1]: float(m[2])}}
-    if says == "the same sweep averaged 16 times":  # as many points tell as much
-        return {**sweep, "n": 16 * sweep["n"]}
-    return None
+        made["known"] = {**made["known"], name: 1e6 * secret.base[name]}
+    if m := re.search(rf"at (\w+) = {NUMBER} mm", says):
+        made["known"] = {**made["known"], m[1]: float(m[2])}
+    return made
 
 
 def _motions(secret: Secret, record: Entry, says: str) -> Entry | None:
+    """One motion; its rate and its amplitude may be changed together."""
     motion = record["motion"]
-
-    def faster(by: float) -> Entry:
-        quick = {k: motion[k] * by for k in ("from", "to") if k in motion}
-        quick |= {k: [x * by for x in motion[k]] for k in ("steps", "lines") if k in motion}
-        quick |= {"seconds": motion["seconds"] / by} if "seconds" in motion else {}
-        times = {"rate": record["rate"] * by, "seconds": record["seconds"] / by, "pre": record["pre"] / by}
-        return {**record, **times, "motion": motion | quick}
-
-    def changed(**parts: Any) -> Entry:
-        return {**record, "motion": {**motion, **parts}}
-
     z = _motion(record).zva[0]
     middle, half = 0.5 * float(z.max() + z.min()), 0.5 * float(np.ptp(z))
-    made: list[tuple[str, Callable[[re.Match[str]], Entry]]] = [
-        (rf"the same motion {NUMBER} times as fast", lambda m: faster(float(m[1]))),
-        (rf"the same motion {NUMBER} times as slow", lambda m: faster(1 / float(m[1]))),
-        ("the same motion at twice the amplitude", lambda m: changed(amplitude=2 * motion["amplitude"])),
-        ("the same motion at a third of the amplitude", lambda m: changed(amplitude=motion["amplitude"] / 3)),
-        (rf"the same motion about a mean that is higher by {NUMBER} mm", lambda m: changed(mean=float(m[1]))),
-        ("a step from end to end of the stroke", lambda m: _step(record, middle, half)),
-        ("the same motion three times over", lambda m: _thrice(record)),
+    if says.startswith("a step from end to end of the stroke"):
+        return _step(record, middle, half)
+    if not says.startswith("the same motion"):
+        return None
+    made = record
+
+    def changed(**parts: Any) -> Entry:
+        return {**made, "motion": {**made["motion"], **parts}}
+
+    understood: list[tuple[str, Callable[[re.Match[str]], Entry]]] = [
+        (rf"{NUMBER} times as fast", lambda m: _faster(made, float(m[1]))),
+        (rf"{NUMBER} times as slow", lambda m: _faster(made, 1 / float(m[1]))),
+        ("at twice the amplitude", lambda m: changed(amplitude=2 * motion["amplitude"])),
+        ("at a third of the amplitude", lambda m: changed(amplitude=motion["amplitude"] / 3)),
+        (rf"about a mean that is higher by {NUMBER} mm", lambda m: changed(mean=float(m[1]))),
+        ("three times over", lambda m: _thrice(made)),
     ]
-    for pattern, make in made:
-        if m := re.match(pattern, says):
-            return make(m)
-    return None
+    for pattern, make in understood:
+        if m := re.search(pattern, says):
+            made = make(m)
+    return made
+
+
+def _faster(record: Entry, by: float) -> Entry:
+    motion = record["motion"]
+    quick = {k: motion[k] * by for k in ("from", "to") if k in motion}
+    quick |= {k: [x * by for x in motion[k]] for k in ("steps", "lines") if k in motion}
+    quick |= {"seconds": motion["seconds"] / by} if "seconds" in motion else {}
+    times = {"rate": record["rate"] * by, "seconds": record["seconds"] / by, "pre": record["pre"] / by}
+    return {**record, **times, "motion": motion | quick}
 
 
 def _step(record: Entry, middle: float, half: float) -> Entry:

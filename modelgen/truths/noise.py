@@ -119,21 +119,18 @@ def _gross(rng: np.random.Generator, n: int, share: float) -> Array:
 
 
 def disturb_impedance(
-    rng: np.random.Generator, smooth: Sequence[npt.NDArray[Any]], y: Responses, levels: Levels
-) -> Responses:
-    """Recorded impedances [ohm], with a `smooth` relative error and noise."""
-    out = []
-    for z, eps in zip(y, smooth, strict=True):
-        n, sigma = len(z), levels["Z_relative"]
-        e = rng.standard_normal(n) + 1j * rng.standard_normal(n)
-        if levels.get("share"):
-            e = e + _gross(rng, n, levels["share"]) * np.exp(1j * rng.uniform(0, 2 * np.pi, n))
-        noisy = z * (1 + eps) + sigma * np.abs(z) * e
-        if levels.get("step"):  # an instrument with ranges of a factor of two
-            step = levels["step"] * sigma * 2 ** np.floor(np.log2(np.abs(z)) + 0.5)
-            noisy = step * (np.round(noisy.real / step) + 1j * np.round(noisy.imag / step))
-        out.append(noisy)
-    return out
+    rng: np.random.Generator, smooth: npt.NDArray[Any], z: npt.NDArray[Any], levels: Levels
+) -> npt.NDArray[Any]:
+    """A recorded impedance [ohm], with a `smooth` relative error and noise."""
+    n, sigma = len(z), levels["Z_relative"]
+    e = rng.standard_normal(n) + 1j * rng.standard_normal(n)
+    if levels.get("share"):
+        e = e + _gross(rng, n, levels["share"]) * np.exp(1j * rng.uniform(0, 2 * np.pi, n))
+    noisy = z * (1 + smooth) + sigma * np.abs(z) * e
+    if levels.get("step"):  # an instrument with ranges of a factor of two
+        step = levels["step"] * sigma * 2 ** np.floor(np.log2(np.abs(z)) + 0.5)
+        noisy = step * (np.round(noisy.real / step) + 1j * np.round(noisy.imag / step))
+    return np.asarray(noisy)
 
 
 def disturb_real(rng: np.random.Generator, y: Array, sigma: float, levels: Levels) -> Array:

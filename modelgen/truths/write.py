@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +60,36 @@ def case_text(secret: Secret) -> str:
         lines += ["", "[[recording]]", f'file = "rec_{i}.csv"', f'role = "{record["role"]}"']
         if record.get("known"):
             lines.append(f"constants = {_inline(record['known'])}")
+        if own := _quieter(secret, record):
+            lines.append(f"noise = {_inline(own)}")
     return "\n".join(lines) + "\n"
+
+
+def _quieter(secret: Secret, record: Mapping[str, Any]) -> dict[str, Any]:
+    """What is said of the noise of a recording that is the mean of several; a calibration error stays."""
+    times = record.get("averaged", 1)
+    told = stated(secret.domain, secret.noise, secret.levels) if times > 1 else {}
+    return {n: float(f"{x / times**0.5:.4g}") for n, x in told.items() if isinstance(x, float)}
+
+
+GROSS = 6.0
+"""Deviations from the median of repeated readings, in their standard deviations, that nobody averages."""
+
+
+def _averaged(
+    record: Mapping[str, Any], levels: Mapping[str, float], once: Callable[[], npt.NDArray[Any]]
+) -> npt.NDArray[Any]:
+    """A disturbed channel; or the mean of as many as were averaged, without gross errors where there are
+    some."""
+    readings = np.stack([once() for _ in range(record.get("averaged", 1))])
+    good = np.ones(readings.shape, bool)
+    if len(readings) > 1 and levels.get("share"):
+        middle = np.median(readings.real, axis=0)
+        if np.iscomplexobj(readings):
+            middle = middle + 1j * np.median(readings.imag, axis=0)
+        off = np.abs(readings - middle)
+        good = off <= GROSS * np.median(off, axis=0) / 0.6745
+    return np.asarray(np.where(good, readings, 0).sum(axis=0) / good.sum(axis=0))
 
 
 def _inline(table: Mapping[str, Any]) -> str:
@@ -78,7 +108,10 @@ def _impedance(secret: Secret, clean: Sequence[npt.NDArray[Any]], rng: np.random
     f = [frequencies(s) for s in entries(secret.setup)]
     own = np.random.default_rng([secret.seed, 9])  # so that a further sweep changes none of the first
     smooth = calibration(own, f, len(secret.setup["sweeps"]), secret.levels)
-    noisy = disturb_impedance(rng, smooth, list(clean), secret.levels)
+    noisy = [
+        _averaged(e, secret.levels, partial(disturb_impedance, rng, eps, z, secret.levels))
+        for e, eps, z in zip(entries(secret.setup), smooth, clean, strict=True)
+    ]
     header = ["f [Hz]", "Re Z [ohm]", "Im Z [ohm]"]
     return [(header, [x, z.real, z.imag]) for x, z in zip(f, noisy, strict=True)]
 
@@ -88,9 +121,10 @@ def _force(secret: Secret, clean: Sequence[npt.NDArray[Any]], rng: np.random.Gen
     only_step = {"step": levels["step"]} if "step" in levels else {}
     for record, F in zip(entries(secret.setup), clean, strict=True):
         m = Motion(record["motion"], record["rate"], record["seconds"], record["pre"])
-        z = disturb_real(rng, m.recorded(m.zva[0]), levels["z"], only_step)
+        z = _averaged(record, {}, partial(disturb_real, rng, m.recorded(m.zva[0]), levels["z"], only_step))
         t = np.arange(len(F)) / record["rate"]
-        tables.append((header, [t, z, disturb_real(rng, F, levels["F_m"], levels)]))
+        noisy = _averaged(record, levels, partial(disturb_real, rng, F, levels["F_m"], levels))
+        tables.append((header, [t, z, noisy]))
     return tables
 
 
@@ -99,7 +133,7 @@ def _stiffness(secret: Secret, clean: Sequence[npt.NDArray[Any]], rng: np.random
     for sweep, y in zip(entries(secret.setup), clean, strict=True):
         f = np.geomspace(sweep["lo"], sweep["hi"], sweep["n"])
         channels = [
-            disturb_real(rng, row, secret.levels[n], secret.levels)
+            _averaged(sweep, secret.levels, partial(disturb_real, rng, row, secret.levels[n], secret.levels))
             for row, n in zip(y, ("k_s", "loss_angle"), strict=True)
         ]
         tables.append((header, [f, *channels]))

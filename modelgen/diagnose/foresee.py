@@ -1,0 +1,233 @@
+"""What a planned recording would do to rival hypotheses: made as one of them says, and all the others fitted
+to it and to what is there already."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import erf, log, sqrt
+
+import numpy as np
+
+from modelgen.codegen.lower import primary_outputs
+from modelgen.diagnose.evidence import effective
+from modelgen.diagnose.hypothesis import Addition, ranged, widened
+from modelgen.diagnose.menu import Plan
+from modelgen.diagnose.refit import Fit, Judge, free
+from modelgen.diagnose.scales import record_scales
+from modelgen.diagnose.setting import CLOSE, Setting
+from modelgen.diagnose.smooth_error import with_smooth
+from modelgen.errors import InputError
+from modelgen.fit import GaussNewton
+from modelgen.fit.experiment import Experiment, Layout
+from modelgen.fit.series import Array, Series, make_series
+from modelgen.recordings import Noise, Recording
+
+SPREAD = 4
+"""Further starting points for each effect of a rival that has shapes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rivals:
+    """Hypotheses that the data do not exclude, all under one judge.
+
+    near: others that come next, and might come back; they are not taken for the truth. scale: χ² per sample
+    of the best; k: the recording that a planned one is like.
+    """
+
+    setting: Setting
+    judge: Judge
+    fits: tuple[Fit, ...]
+    near: tuple[Fit, ...]
+    k: int
+    scale: float
+
+    def others(self, i: int) -> list[Fit]:
+        """Those that would have to be excluded if the one at `i` is true."""
+        return [f for f in (*self.fits, *self.near) if set(f.ids) != set(self.fits[i].ids)]
+
+
+@dataclass(frozen=True)
+class Exclusion:
+    """χ² and BIC by which a rival would stay behind the truth in old and new recording, and how likely it is
+    that it would be excluded."""
+
+    behind: float
+    lead: float
+    chance: float
+
+
+def excluded(rivals: Rivals, plan: Plan, i: int) -> Exclusion:
+    """The hardest to exclude of all other rivals, if hypothesis `i` is what is there.
+
+    Each has all its parameters fitted again, its shapes free in the ranges that the new recording opens.
+    """
+    truth, new = rivals.fits[i], simulated(rivals, rivals.fits[i], plan)
+    worst: Exclusion | None = None
+    if new is None:
+        return NOT
+    for rival in rivals.others(i):
+        left = _left(rivals, truth, rival, new)
+        worst = left if worst is None else min(worst, left, key=_weakness)
+        if worst.chance < HOPELESS:
+            break
+    return worst or NOT
+
+
+NOT = Exclusion(0.0, 0.0, 0.0)
+HOPELESS = 0.05
+"""Chance of an exclusion below which it is given up."""
+
+
+def _weakness(x: Exclusion) -> tuple[float, float]:
+    return x.chance, x.behind
+
+
+def hoped(rivals: Rivals, plan: Plan, i: int) -> float:
+    """The chance of `excluded`, were all rivals linear in their parameters: quickly told, and mostly more."""
+    truth, new = rivals.fits[i], simulated(rivals, rivals.fits[i], plan)
+    if new is None:
+        return 0.0
+    least = 1.0 if rivals.others(i) else 0.0
+    for rival in rivals.others(i):
+        e, theta = joined(rival, rivals.k, new)
+        size = len(rival.theta)
+        square, g, A = _alone(e).normal(theta)
+        A[:size, :size] += normal_of(rivals, rival)
+        unit = 1 / np.sqrt(np.maximum(np.diag(A), 1e-300))
+        step = np.linalg.lstsq(A * unit * unit[:, None], g * unit, rcond=1e-13)[0]
+        more = (square - float(step @ (g * unit))) / rivals.scale
+        least = min(least, _chance(rival.bic - truth.bic + more / rivals.judge.temper, more))
+    return least
+
+
+def normal_of(rivals: Rivals, rival: Fit) -> Array:
+    return rival.hypothesis.experiment.normal(rival.theta, rivals.judge.whiteners)[2]
+
+
+def _chance(lead: float, more: float) -> float:
+    """How likely a rival ends up excluded that is expected to be behind by `lead` in BIC, `more` in χ² by the
+    new recording: the χ² by which a wrong law loses has a standard deviation of twice its root."""
+    return 0.5 * (1 + erf((lead - CLOSE) / (2 * sqrt(max(more, 1.0))) / sqrt(2)))
+
+
+def _left(rivals: Rivals, truth: Fit, rival: Fit, new: Series) -> Exclusion:
+    """What a fit to all recordings leaves a rival, from several starts as long as it is excluded."""
+    whiteners = (*rivals.judge.whiteners, new.whitener)
+    scales = record_scales(rivals.setting.model, [*rivals.setting.series, new])
+    added = tuple(ranged(a, scales) for a in rival.hypothesis.added)
+    e, start = joined(rival, rivals.k, new)
+    e = replace(e, layout=widened(e.layout, added))
+    n = effective(truth.white)
+    more_data, local = log((n + new.data.size) / n), GaussNewton(max_iter=20, tol=1e-3)
+    worst: Exclusion | None = None
+    for point in _starts(e.layout, added, start):
+        with np.errstate(all="ignore"):
+            try:
+                found = local.run(e.problem(point, whiteners))
+            except (InputError, np.linalg.LinAlgError):
+                continue
+        if not np.isfinite(found.value):
+            continue
+        behind = (float(found.value) - truth.chi2) / rivals.scale
+        more = max(behind - (rival.chi2 - truth.chi2) / rivals.scale, 0.0)
+        count = free(e.layout, np.asarray(found.theta), rival.hypothesis.shapes)
+        price = (count - rival.parameters) * log(n) + (count - truth.parameters) * more_data
+        lead = rival.bic - truth.bic + price + more / rivals.judge.temper
+        now = Exclusion(behind, lead, _chance(lead, more))
+        worst = now if worst is None else min(worst, now, key=_weakness)
+        if worst.chance < HOPELESS:
+            break
+    return worst or NOT
+
+
+def _starts(layout: Layout, added: Sequence[Addition], theta: Array) -> list[Array]:
+    """θ, and with the shapes of the rival's effects elsewhere: a new record may ask for quite others."""
+    starts = [theta]
+    for a in added:
+        grid = a.grid()
+        for point in grid[:: max(1, len(grid) // SPREAD)] if a.effect.shapes else []:
+            other = theta.copy()
+            for n, v in point.items():
+                other[layout.names.index(n)] = v
+            starts.append(other)
+    return starts
+
+
+# -- the planned recording -----------------------------------------------------------------------------------
+
+
+def simulated(rivals: Rivals, truth: Fit, plan: Plan) -> Series | None:
+    """The plan's recording as a hypothesis gives it, noise only in its weights; None if not finite."""
+    setting, judge, k = rivals.setting, rivals.judge, rivals.k
+    model, old, record = setting.model, setting.series[k], setting.case.fit[k]
+    names = [o for o in primary_outputs(model) if o in record.outputs]
+    n = len(plan.inputs[model.axis])
+    case = replace(setting.case, noise=_noise(setting, judge, k, plan.quiet, names))
+
+    def recorded(inputs: Mapping[str, Array], out: Array) -> Series:
+        values = [out[0] + 1j * out[1]] if old.measure == "complex" else list(out)
+        kinds = {o: record.kinds[o] for o in names}
+        outputs = dict(zip(names, values, strict=False))
+        constants = {**old.constants, **plan.constants}
+        return make_series(model, case, Recording("planned", None, "fit", inputs, outputs, kinds, constants))
+
+    with np.errstate(all="ignore"):
+        empty = recorded(plan.inputs, np.ones((len(old.rows), n)))
+        e, theta = joined(truth, k, empty)
+        out = _alone(e).raw(theta, 0) + empty.data
+        if not np.all(np.isfinite(out)):
+            return None
+        new = recorded(empty.inputs, out)
+    whitener = replace(new.whitener, ar=judge.whiteners[k].ar)
+    if judge.smooth is not None and whitener.root is None:
+        smooth = replace(judge.smooth, rms=judge.smooth.rms / plan.quiet)
+        (whitener,) = with_smooth((whitener,), [np.log(new.inputs[model.axis])], smooth)
+    return replace(new, whitener=whitener)
+
+
+def _noise(setting: Setting, judge: Judge, k: int, quiet: float, names: Sequence[str]) -> Noise:
+    """The noise of recording k as it is judged, `quiet` times as large; planned inputs are known exactly."""
+    s, stated = setting.series[k], setting.case.noise_of(setting.case.fit[k])
+    inputs = {i.name: 0.0 for i in setting.model.inputs if i.derived is None}
+    weight = np.atleast_2d(np.abs(judge.whiteners[k].weight))
+    used = np.all(weight > 0, axis=0)
+    sigma = quiet / weight[:, used]
+    if s.measure in ("complex", "modulus"):
+        level, relative = sigma[0], sigma[0] / s.size[used]
+        if np.ptp(np.log(relative)) <= np.ptp(np.log(level)):
+            return Noise(inputs, {names[0]: float(np.median(relative))}, stated.calibration)
+        return Noise(inputs | {names[0]: float(np.median(level))}, {}, stated.calibration)
+    return Noise(
+        inputs | {n: float(np.median(x)) for n, x in zip(names, sigma, strict=True)}, {}, stated.calibration
+    )
+
+
+def joined(fit: Fit, k: int, new: Series) -> tuple[Experiment, Array]:
+    """The fit's experiment with `new` beside its recordings, and θ: the fit's, then what `new` has of its
+    own.
+
+    Constants of `new` hold parameters there that are free elsewhere; its own start at their values in
+    recording k.
+    """
+    e = fit.hypothesis.experiment
+    old = e.layout
+    place, held = old.place[k].copy(), old.held[k].copy()
+    names, parameters, theta = list(old.names), list(old.parameters), list(fit.theta)
+    for i, n in enumerate(old.wrt):
+        if n in new.constants:
+            place[i], held[i] = -1, new.constants[n]
+        elif n in old.own and place[i] >= 0:
+            parameters.append(old.parameters[place[i]])
+            theta.append(fit.theta[place[i]])
+            place[i] = len(names)
+            names.append(f"{n}[{new.name}]")
+    rows = np.vstack([old.place, place]), np.vstack([old.held, held])
+    layout = Layout(old.wrt, tuple(names), tuple(parameters), *rows, old.own)
+    return replace(e, layout=layout, series=(*e.series, new)), np.array(theta)
+
+
+def _alone(e: Experiment) -> Experiment:
+    """The last recording of an experiment alone."""
+    layout = replace(e.layout, place=e.layout.place[-1:], held=e.layout.held[-1:])
+    return replace(e, layout=layout, series=e.series[-1:])
