@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import or_
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 
@@ -246,23 +246,38 @@ def primary_outputs(model: Model) -> tuple[str, ...]:
     return tuple(o.name for o in model.outputs)
 
 
-def sensitivity_pattern(model: Model, wrt: tuple[str, ...]) -> dict[str, set[int]]:
-    """Which states depend on which directions, by iterating the structure to its fixed point."""
+class Lowered(NamedTuple):
+    """A model lowered: a later sample, the first one if there are states, a part of a step if it has any.
+
+    pattern: which directions each state depends on.
+    """
+
+    pattern: dict[str, set[int]]
+    step: Lowering
+    first: Lowering | None = None
+    part: Lowering | None = None
+
+
+def lower(model: Model, wrt: tuple[str, ...]) -> Lowered:
+    """Lower `model`; which states depend on which directions by iterating the structure to a fixed point."""
+    if not model.states:
+        return Lowered({}, Lowering(model, wrt, first=False))
     pattern: dict[str, set[int]] = {s.name: set() for s in model.states}
-    start = Lowering(model, wrt, first=True)
-    names = list(pattern)
-    _collect(pattern, names, start.tangent([start.values[n] for n in names]))
+    first = Lowering(model, wrt, first=True)
+    _collect(pattern, first)
     while True:
         size = sum(map(len, pattern.values()))
-        for part in (False, True) if parts_of(model) else (False,):
-            step = Lowering(model, wrt, first=False, pattern=pattern, part=part)
-            there = [n for n in names if n in step.values]
-            _collect(pattern, there, step.tangent([step.values[n] for n in there]))
+        step = Lowering(model, wrt, False, pattern)
+        _collect(pattern, step)
+        part = Lowering(model, wrt, False, pattern, part=True) if parts_of(model) else None
+        if part is not None:
+            _collect(pattern, part)
         if sum(map(len, pattern.values())) == size:
-            return pattern
+            return Lowered(pattern, step, first, part)
 
 
-def _collect(pattern: dict[str, set[int]], names: list[str], tangent: Any) -> None:
-    rows, columns = tangent.sparsity().get_triplet()
+def _collect(pattern: dict[str, set[int]], low: Lowering) -> None:
+    names = [n for n in pattern if n in low.values]
+    rows, columns = low.tangent([low.values[n] for n in names]).sparsity().get_triplet()
     for r, c in zip(rows, columns, strict=True):
         pattern[names[r]].add(c)

@@ -11,7 +11,7 @@ from typing import Any
 import casadi as ca
 
 from modelgen.codegen.derive import Residual
-from modelgen.codegen.lower import PART, Lowering, parts_of, primary_outputs, sensitivity_pattern
+from modelgen.codegen.lower import PART, Lowering, lower, parts_of, primary_outputs
 from modelgen.codegen.real import Graph
 from modelgen.codegen.split import Complex, Pair
 from modelgen.codegen.tosx import SAME, Call, Translator
@@ -94,15 +94,14 @@ def build_program(model: Model, wrt: Sequence[str]) -> Program:
     Raises InputError when `wrt` names no parameter or an equation is outside the language.
     """
     wrt = tuple(model.parameter(n).name for n in wrt)
-    pattern = sensitivity_pattern(model, wrt) if model.states else None
-    lowering = Lowering(model, wrt, first=False, pattern=pattern)
-    step = _sample(lowering, pattern)
-    if parts_of(model):
-        step = replace(step, part=_part(Lowering(model, wrt, False, pattern, part=True), pattern or {}))
-    first = _sample(Lowering(model, wrt, first=True), pattern) if model.states else None
+    low = lower(model, wrt)
+    step = _sample(low.step, low.pattern)
+    first = None if low.first is None else _sample(low.first, low.pattern)
+    if low.part is not None:
+        step = replace(step, part=_part(low.part, low.pattern))
     outputs = primary_outputs(model)
     is_complex = tuple(step.equations[o][1] is not None for o in outputs)
-    roots = tuple(_root(c.residual) for c in lowering.translator.calls if c.residual is not None)
+    roots = tuple(_root(c.residual) for c in low.step.translator.calls if c.residual is not None)
     return Program(model, wrt, outputs, is_complex, step, first, roots)
 
 
@@ -129,7 +128,7 @@ def _part(low: Lowering, pattern: dict[str, set[int]]) -> Part:
     return Part(graph, parts_of(low.model), states, slopes)
 
 
-def _sample(low: Lowering, pattern: dict[str, set[int]] | None) -> Sample:
+def _sample(low: Lowering, pattern: dict[str, set[int]]) -> Sample:
     graph = Graph()
     reader = _Reader(graph, low.translator, _named(low), low.plain)
     outputs = primary_outputs(low.model)
@@ -160,7 +159,7 @@ def _sample(low: Lowering, pattern: dict[str, set[int]] | None) -> Sample:
     sensitivities = {
         (name, d): reader.c.re(new.get((i, d), (None, None)))
         for i, name in enumerate(states)
-        for d in sorted((pattern or {}).get(name, ()))
+        for d in sorted(pattern.get(name, ()))
     }
     updated = {n: reader.c.re(equations[n]) for n in states}
     return Sample(graph, equations, fitted, jacobian, updated, sensitivities)
