@@ -51,10 +51,12 @@ def smooth_error(judge: Judge, fit: Fit) -> tuple[float, float, Smooth | None]:
     if any(s.measure == "real" or s.whitener.root is not None for s in e.series):
         return white, 0.0, None
     gained, found = 0.0, None  # type: tuple[float, Smooth | None]
-    for shared in (False, True) if len(lnf) > 1 else (False,):
-        for length in LENGTHS:
-            B = size[:, None] * _modes(lnf, channels, length, shared)
-            for rms, d in _deviances(r, q, B, n):
+    sweeps = [len(x) for x in lnf]
+    for length in LENGTHS:
+        modes = _modes(lnf, length)
+        for shared in (False, True) if len(lnf) > 1 else (False,):
+            seen = _seen(modes, _groups(sweeps, channels, shared), size, np.column_stack([r, q]))
+            for rms, d in _deviances(r, q, *seen, n):
                 gain = none - d - 2 * float(np.log(n)) - RARE * rms
                 if gain > max(gained, SURE):
                     gained, found = gain, Smooth(rms, length, shared)
@@ -67,38 +69,53 @@ def _relative(size: Array, w: Whitener) -> Array:
     return np.asarray(x / np.median(x[x > 0]))
 
 
-def _modes(lnf: Sequence[Array], channels: Sequence[int], length: float, shared: bool) -> Array:
-    """(N, k) factor of the process' correlation: interpolated from knots a third of its length apart."""
+def _modes(lnf: Sequence[Array], length: float) -> list[Array]:
+    """(n, k) factor of the process' correlation in each sweep: interpolated from knots a third of its length
+    apart."""
     low, high = min(x.min() for x in lnf), max(x.max() for x in lnf)
     knots = np.linspace(low, high, int(np.ceil(3 * (high - low) / length)) + 2)
     K = np.exp(-0.5 * ((knots[:, None] - knots[None, :]) / length) ** 2)
     values, vectors = np.linalg.eigh(K)
     keep = values > 1e-6 * values[-1]
     root = vectors[:, keep] * np.sqrt(values[keep])
-    blocks = [np.stack([np.interp(x, knots, c) for c in root.T], axis=1) for x in lnf]
-    k = root.shape[1]
-    own = [(m, c) for m, count in enumerate(channels) for c in range(count)]
-    groups = sorted({c if shared else (m, c) for m, c in own}, key=str)
-    out = []
-    for m, c in own:
-        row = np.zeros((len(lnf[m]), k * len(groups)))
-        at = groups.index(c if shared else (m, c)) * k
-        row[:, at : at + k] = blocks[m]
-        out.append(row)
-    return np.concatenate(out)
+    return [np.stack([np.interp(x, knots, c) for c in root.T], axis=1) for x in lnf]
 
 
-def _deviances(r: Array, q: Array, B: Array, n: int) -> list[tuple[float, float]]:
+def _groups(sizes: Sequence[int], channels: Sequence[int], shared: bool) -> list[list[tuple[int, slice]]]:
+    """(sweep, rows of the residual) that one and the same error spoils, for each error: a channel of a sweep,
+    or of all."""
+    groups: dict[tuple[int, int], list[tuple[int, slice]]] = {}
+    row = 0
+    for m, (n, count) in enumerate(zip(sizes, channels, strict=True)):
+        for c in range(count):
+            groups.setdefault((0 if shared else m, c), []).append((m, slice(row, row + n)))
+            row += n
+    return list(groups.values())
+
+
+def _seen(
+    modes: Sequence[Array], groups: Sequence[Sequence[tuple[int, slice]]], size: Array, columns: Array
+) -> tuple[Array, Array]:
+    """(squared singular values of all modes, `columns` (N, p) in their directions): a few modes of each
+    error, so their Gram matrix is the quick way there."""
+    squares, parts = [], []
+    for group in groups:
+        B = np.concatenate([size[rows, None] * modes[m] for m, rows in group])
+        a = np.concatenate([columns[rows] for _, rows in group])
+        values, vectors = np.linalg.eigh(B.T @ B)
+        keep = values > 1e-8 * values[-1]
+        squares.append(values[keep])
+        parts.append(vectors[:, keep].T @ (B.T @ a) / np.sqrt(values[keep])[:, None])
+    return np.concatenate(squares), np.concatenate(parts)
+
+
+def _deviances(r: Array, q: Array, square: Array, a: Array, n: int) -> list[tuple[float, float]]:
     """(rms, −2 ln of the profile likelihood) of r ~ N(0, σ² (1 + rms² B Bᵀ)), free amounts of q's columns
-    beside."""
-    u, s, _ = np.linalg.svd(B, full_matrices=False)
-    keep = s > 1e-4 * s[0]
-    u, s = u[:, keep], s[keep]
-    a = u.T @ np.column_stack([r, q])
+    beside; `square`, `a`: B's singular values squared, and r and q in its directions."""
     rr, qr, qq = r @ r, q.T @ r, q.T @ q
     out = []
     for rms in SIZES:
-        w = (rms * s) ** 2
+        w = rms**2 * square
         down = (w / (1 + w))[:, None] * a
         xr, Q = qr - a[:, 1:].T @ down[:, 0], qq - a[:, 1:].T @ down[:, 1:]
         left = rr - a[:, 0] @ down[:, 0] - xr @ np.linalg.lstsq(Q, xr, rcond=1e-10)[0]
