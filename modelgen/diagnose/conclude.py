@@ -153,7 +153,7 @@ def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str | None:
         ),
         key=lambda f: f.bic,
     )
-    rivals = [f for f in others if f.bic - best.bic < CLOSE]
+    rivals = [f for f in others if f.bic - best.bic < CLOSE] + list(s.elsewise)
     near = [f for f in others if CLOSE <= f.bic - best.bic < CLOSE + NEAR]
     return separate(setting, outcome, best, rivals, near)
 

@@ -16,6 +16,10 @@ COMPANIONS = 4
 """Families whose best single effects are tried beside each hypothesis of the beam."""
 
 
+FEW = 20
+"""So many shapes are always tried."""
+
+
 def grow(
     s: Setting, base: Fit, judge: Judge, beam: Sequence[Fit], scores: Sequence[Score], first: Sequence[Fit]
 ) -> list[Fit]:
@@ -60,15 +64,11 @@ def _promising(
         tangent = Tangent.of(*judge.tangent(f))
         inner = f.theta[[f.hypothesis.names.index(n) for n in base.hypothesis.names]]
         for x in scores:
-            if x.addition.id in f.ids or x.blind:
+            if x.addition.id in f.ids:
                 continue
-            shapes = {f"{x.addition.id}_{q.name}" for q in x.addition.effect.shapes}
-            if x.addition.effect.secant:
-                shapes |= set(x.addition.strengths)
-            points = [{k: v for k, v in values.items() if k in shapes} for _, values in x.starts]
             # what the base's residual hides may lie elsewhere: beside the best fit all shapes are tried anew
-            tried_at = None if k == 0 else points
-            again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 2, tried_at)
+            points = None if k == 0 else points_of(x)
+            again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 2, points)
             reach = f.bic - SLACK * again.gain - beam[0].bic
             if again.starts and reach < -ALARM:
                 tried = (*(v for _, v in again.starts), *(v for _, v in x.starts[:2]))
@@ -80,6 +80,18 @@ def _promising(
         if key not in chosen and len(chosen) < s.pairs * (2 if len(g.fit.ids) == 1 else 1):
             chosen[key] = g
     return chosen
+
+
+def points_of(x: Score) -> list[dict[str, float]]:
+    """The shapes that explained most of the base's residual; all, for what the base alone can imitate and
+    where they are few and far from each other."""
+    effect, grid = x.addition.effect, x.addition.grid()
+    if not x.starts or (effect.secant and len(grid) <= FEW):
+        return grid
+    shapes = {f"{x.addition.id}_{q.name}" for q in x.addition.effect.shapes}
+    if x.addition.effect.secant:
+        shapes |= set(x.addition.strengths)
+    return [{k: v for k, v in values.items() if k in shapes} for _, values in x.starts]
 
 
 def _companions(beam: Sequence[Fit], first: Sequence[Fit]) -> dict[Key, Grown]:

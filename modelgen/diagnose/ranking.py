@@ -9,7 +9,10 @@ import numpy as np
 
 from modelgen.diagnose.hypothesis import Addition
 from modelgen.diagnose.refit import Fit
-from modelgen.diagnose.setting import CLOSE, TEMPER, Outcome
+from modelgen.diagnose.setting import ALARM, CLOSE, TEMPER, Outcome
+
+
+Key = tuple[str, str, int]
 
 
 @dataclass(frozen=True)
@@ -20,6 +23,7 @@ class Standing:
     probability: float
     equivalents: tuple[str, ...]
     share: float
+    rivals: tuple[Fit, ...] = ()
 
 
 def weights(fits: Sequence[Fit]) -> np.ndarray:
@@ -33,9 +37,11 @@ def weights(fits: Sequence[Fit]) -> np.ndarray:
 def standings(outcome: Outcome) -> tuple[Standing, ...]:
     """The effects of the best fit, the one that explains most first, each with its rivals.
 
-    Rivals of an effect are the tried hypotheses that differ from the best one in this effect alone.
+    Rivals of an effect are the tried hypotheses that differ from the best one in this effect alone; its
+    equivalents are also of those that say it with more effects, or fewer.
     """
     best = outcome.best
+    others = _elsewise(outcome)
     found = []
     for a in best.hypothesis.added:
         rest = best.hypothesis.key - {a.key}
@@ -54,9 +60,52 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
             by_id[other.id] = by_id.get(other.id, 0.0) + float(x)
             if f.bic - best.bic < CLOSE:
                 close[other.id] = min(close.get(other.id, np.inf), f.bic)
+        for i, f in others.get(a.key, ()):
+            close[i] = min(close.get(i, np.inf), best.bic + _price(f, best))
         equivalents = tuple(sorted((i for i in close if i != a.id), key=lambda i: close[i]))
-        found.append(Standing(a, by_id[a.id], equivalents, _share(outcome, a)))
+        same = [f for f in rivals if f.hypothesis is not best.hypothesis]
+        other = {id(f): f for _, f in others.get(a.key, ())}
+        odds = sum(float(np.exp(-_price(f, best) / (2 * TEMPER))) for f in other.values())
+        mine = next(float(x) for f, x in zip(rivals, w, strict=True) if f.hypothesis is best.hypothesis)
+        found.append(
+            Standing(
+                a, by_id[a.id] / (1 + mine * odds), equivalents, _share(outcome, a), (*same, *other.values())
+            )
+        )
     return tuple(sorted(found, key=lambda x: -x.share))
+
+
+FEW = 2
+"""Hypotheses of another kind that are told."""
+
+
+def _elsewise(outcome: Outcome) -> dict[Key, list[tuple[str, Fit]]]:
+    """Hypotheses that differ in more than one effect and that the data exclude as little: the best few, each
+    of their effects in the place of one of the best hypothesis (of its family, or at its port).
+
+    More effects cost what each has to gain to be claimed.
+    """
+    best = outcome.best
+    tied = []
+    for f in outcome.tried:
+        ours, theirs = best.hypothesis.key, f.hypothesis.key
+        single = len(f.ids) == len(best.ids) and len(ours & theirs) == len(ours) - 1
+        if f.ids and not single and not ours <= theirs and not theirs <= ours and _price(f, best) < CLOSE:
+            tied.append(f)
+    found: dict[Key, list[tuple[str, Fit]]] = {}
+    for f in sorted(tied, key=lambda f: _price(f, best))[:FEW]:
+        gone = [a for a in best.hypothesis.added if a.id not in f.ids] or list(best.hypothesis.added)
+        for b in f.hypothesis.added:
+            if b.id not in best.ids:
+                alike = [a for a in gone if a.family == b.family]
+                near = [a for a in gone if a.port.name == b.port.name]
+                found.setdefault((alike or near or gone)[0].key, []).append((b.id, f))
+    return found
+
+
+def _price(f: Fit, best: Fit) -> float:
+    """By how much the evidence for `f` is less than that for the best hypothesis."""
+    return f.bic - best.bic + ALARM * (len(f.ids) - len(best.ids))
 
 
 def _share(outcome: Outcome, a: Addition) -> float:

@@ -37,10 +37,10 @@ def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judg
         plain = tuple(w.scaled(u) for w, u in zip(plain, uneven, strict=True))
         white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
         filters = coloured(plain, white, s.colour)
-    before = any(w.ar is not None for w in judge.whiteners)
+    before = judge.temper > 1.0 or any(w.ar is not None for w in judge.whiteners)
     if not before and all(w.ar is None for w in filters) and all(np.all(u == 1) for u in uneven):
         return judge, base, fits
-    return judged_anew(s, replace(judge, whiteners=filters), base, fits)
+    return judged_anew(s, replace(judge, whiteners=filters, temper=1.0), base, fits)
 
 
 def judged_anew(s: Setting, new: Judge, base: Fit, fits: Sequence[Fit]) -> tuple[Judge, Fit, list[Fit]]:

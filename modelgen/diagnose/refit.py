@@ -14,6 +14,11 @@ from modelgen.fit import GaussNewton
 from modelgen.fit.experiment import Layout
 from modelgen.fit.series import Array, Whitener
 
+SPRINT = 12
+"""Steps after which descents from several starts are compared."""
+AHEAD = 1.2
+"""Those within this factor of the best one's r·r go on."""
+
 
 @dataclass(frozen=True, eq=False)
 class Fit:
@@ -54,21 +59,31 @@ class Judge:
     smooth: Smooth | None = None
 
     def fit(self, h: Hypothesis, starts: Iterable[Array], iterations: int = 60) -> Fit:
-        """The best of local fits from `starts`."""
-        starts = list(starts)
-        best: tuple[float, Array] | None = None
+        """The best of local fits from `starts`; of several, those go on that a few steps have brought far."""
+        begun = [np.asarray(x) for x in starts]
+        running = [x for x in begun if np.all(np.isfinite(x))]
+        if len(running) > 1 and iterations > SPRINT:
+            ends = sorted(self._descents(h, running, SPRINT), key=lambda e: e[0])
+            running = [
+                x for k, (value, x) in enumerate(ends)
+                if value <= AHEAD * ends[0][0] and (k == 0 or value > (1 + 1e-6) * ends[k - 1][0])
+            ]  # fmt: skip
+        ends = self._descents(h, running, iterations)
+        return self.look(h, min(ends, key=lambda e: e[0])[1] if ends else begun[0])
+
+    def _descents(self, h: Hypothesis, starts: Sequence[Array], iterations: int) -> list[tuple[float, Array]]:
+        """(r·r, θ) where descents from `starts` end; those that fail are left out."""
         local = GaussNewton(max_iter=iterations, tol=1e-8)
+        ends = []
         for start in starts:
-            if not np.all(np.isfinite(start)):
-                continue
             with np.errstate(all="ignore"):
                 try:
                     found = local.run(h.experiment.problem(start, self.whiteners))
                 except (InputError, np.linalg.LinAlgError):
                     continue
-            if np.isfinite(found.value) and (best is None or found.value < best[0]):
-                best = (found.value, np.asarray(found.theta))
-        return self.look(h, starts[0] if best is None else best[1])
+            if np.isfinite(found.value):
+                ends.append((float(found.value), np.asarray(found.theta)))
+        return ends
 
     def look(self, h: Hypothesis, theta: Array) -> Fit:
         """Evidence of `h` at θ as it stands."""

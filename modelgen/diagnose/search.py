@@ -14,8 +14,9 @@ from modelgen.diagnose.recolour import judged_anew, own_colour, recolour, recolo
 from modelgen.diagnose.refit import Fit, Judge
 from modelgen.diagnose.replica import motion_matters, replicas, undeserved
 from modelgen.diagnose.screen import Score, Tangent, score
-from modelgen.diagnose.setting import ALARM, Outcome, Progress, Setting
+from modelgen.diagnose.setting import ALARM, CHEAP, Outcome, Progress, Setting
 from modelgen.diagnose.smooth_error import smooth_error, with_smooth
+from modelgen.diagnose.swap import swapped
 from modelgen.fit.series import Series
 
 WORTH = 0.9
@@ -42,6 +43,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
     if base.bic - better.bic > 1.0:  # the base had not been at its optimum: judge anew from there
         base = better
         scores, first = _screen(s, base, judge, singles)
+    first = swapped(s, base, judge, first, scores)
     blind = tuple(x.addition for x in scores if x.blind)
     judge, base, first = recolour(s, judge, base, first)
     if progress:
@@ -53,12 +55,20 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
         if depth > 1:
             if progress:
                 progress(0.5 + 0.15 * depth, f"looking for {'a second' if depth == 2 else 'a third'} effect")
+            if not s.model.is_time_model:  # the colour that wrong hypotheses leave hides what would be right
+                judge = replace(white_judge(s.series), prior=judge.prior, temper=judge.temper)
+                base, best, *beam = [judge.look(f.hypothesis, f.theta) for f in (base, best, *beam)]
             grown = grow(s, base, judge, beam, scores, first)
             if not grown:
                 break
             judge, base, grown, best = recolour_pairs(s, judge, base, grown, best)
+            if min(f.bic for f in grown) < best.bic - (0.0 if depth == 2 else ALARM):
+                more = swapped(s, base, judge, grown, scores)
+                judge, base, grown, best = recolour_pairs(s, judge, base, more, best)
             judge, grown = _deserved(s, judge, beam, grown)
             tried |= {f.hypothesis.key: f for f in grown}
+            best = min([best, *(f for f in grown if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
+            grown = [f for f in grown if len(f.ids) == depth]
         winner = min([best, *grown], key=lambda f: f.bic)
         if winner is not best and _gains(s, judge, base, best, winner):
             best = winner
@@ -172,7 +182,7 @@ def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score])
     """Fits of the most promising single effects (all, where that is cheap)."""
     seen = sorted((x for x in scores if x.starts), key=lambda x: -x.gain)
     size = sum(x.n for x in s.series)
-    count = len(seen) if size <= 3000 else s.refits
+    count = len(seen) if size <= CHEAP else s.refits
     fits = []
     for k, x in enumerate(seen[:count]):
         starts = x.starts if k < 12 else x.starts[:1]

@@ -20,6 +20,8 @@ TEMPER = 1.3
 catalogue."""
 CLOSE = 2 * TEMPER * log(20)
 """ΔBIC within which the data do not exclude a hypothesis: odds of one to twenty."""
+CHEAP = 3000
+"""Samples up to which any fit is cheap: what is promising by its score need not be chosen so carefully."""
 COLOUR_TIME, COLOUR_SWEEP = 12, 3
 """Greatest order of a noise's colour along time, and along a sweep's frequencies."""
 

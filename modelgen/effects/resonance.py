@@ -31,6 +31,9 @@ second_mode = Effect(
 )
 
 
+LOSS = Shape("eta", "1", "1", 0.003, 0.5, 2, text="loss factor")
+
+
 def _joint(spring: str) -> Effect:
     """A joint in the moving side; before it a mass, and with `spring` also the model's own spring."""
     s, m = f"s{spring}", f"m{spring}"
@@ -63,6 +66,39 @@ def _joint(spring: str) -> Effect:
 
 contact_compliance = _joint("")
 joint_behind_the_spring = _joint("_k")
+
+
+def _lossy(model: Model, port: Port, p: Values) -> Model:
+    near = j * port["omega"] * p["m_eta"]
+    give = j * port["omega"] * p["s_eta"] / (1 + j * p["eta"])
+    return model.extend(port.equation, lambda Z: near + (Z - near) / (1 + give * (Z - near)))
+
+
+lossy_joint = Effect(
+    "contact_compliance",
+    ("mechanical_impedance",),
+    "a joint gives and rubs: all but a mass before it hangs behind a lossy spring, with a second resonance",
+    "J. P. Den Hartog, Mechanical Vibrations (1956), sec. 3.2; loss factor: L. Cremer, M. Heckl, "
+    "B. Petersson, Structure-Borne Sound (2005), ch. 3",
+    (
+        Strength(
+            "s_eta",
+            "1/({stiffness})",
+            text="compliance",
+            scale="1/(omega*port)",
+            low=0.02,
+            high=8.0,
+            points=30,
+        ),
+    ),
+    _lossy,
+    (
+        Shape("m_eta", "{impedance}*s", "median(port/omega)", 0.1, 1.0, 3, text="mass before the joint"),
+        LOSS,
+    ),
+    needs=("omega",),
+    secant=True,
+)
 
 LEVELS = 14
 
@@ -113,6 +149,28 @@ moving_rod = Effect(
     needs=("omega",),
 )
 
+lossy_rod = Effect(
+    "distributed_rod",
+    ("stiffness",),
+    "waves run in the rod and fade: K·kl·cot(kl) with (kl)² = ω²m(1 − jη)/K",
+    "L. Cremer, M. Heckl, B. Petersson, Structure-Borne Sound (2005), ch. 3: complex wavenumber of a rod",
+    (
+        Strength(
+            "m_eta",
+            "{port}*s**2",
+            text="mass of the rod",
+            scale="min(port)/max(omega)**2",
+            low=0.3,
+            high=40.0,
+            points=8,
+        ),
+    ),
+    change(lambda K, at, p: K * xcotx(at["omega"] ** 2 * p["m_eta"] * (1 - j * p["eta"]) / K)),
+    (LOSS,),
+    needs=("omega",),
+    secant=True,
+)
+
 # -- time domain: the mass is driven by the acceleration of its foot, which runs linearly between samples ----
 
 
@@ -156,5 +214,6 @@ swinging_mass = Effect(
 )
 
 EFFECTS = (
-    second_mode, contact_compliance, joint_behind_the_spring, distributed_rod, moving_rod, swinging_mass,
+    second_mode, contact_compliance, joint_behind_the_spring, lossy_joint, distributed_rod, moving_rod,
+    lossy_rod, swinging_mass,
 )  # fmt: skip

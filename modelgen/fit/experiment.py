@@ -160,10 +160,10 @@ class Experiment:
             r, white = w.apply(_difference(out[rows], s)), w.apply(jac[rows])
             moves = np.flatnonzero(self.layout.place[k] >= 0)
             at = self.layout.place[k][moves]  # each entry of θ once
-            for e, j in zip(r, white[:, moves], strict=True):
-                total += float(e @ e)
-                g[at] += j @ e
-                A[np.ix_(at, at)] += j @ j.T
+            j = white[:, moves].transpose(1, 0, 2).reshape(len(moves), -1)
+            total += float(np.vdot(r, r))
+            g[at] += j @ r.ravel()
+            A[at[:, None], at] += j @ j.T
         return total, g, A
 
     def problem(
