@@ -63,15 +63,12 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
         for i, f in others.get(a.key, ()):
             close[i] = min(close.get(i, np.inf), best.bic + _price(f, best))
         equivalents = tuple(sorted((i for i in close if i != a.id), key=lambda i: close[i]))
-        same = [f for f in rivals if f.hypothesis is not best.hypothesis]
-        other = {id(f): f for _, f in others.get(a.key, ())}
-        odds = sum(float(np.exp(-_price(f, best) / (2 * TEMPER))) for f in other.values())
+        same = tuple(f for f in rivals if f.hypothesis is not best.hypothesis)
+        elsewise = tuple({id(f): f for _, f in others.get(a.key, ())}.values())
         mine = next(float(x) for f, x in zip(rivals, w, strict=True) if f.hypothesis is best.hypothesis)
-        found.append(
-            Standing(
-                a, by_id[a.id] / (1 + mine * odds), equivalents, _share(outcome, a), (*same, *other.values())
-            )
-        )
+        odds = mine * sum(float(np.exp(-_price(f, best) / (2 * TEMPER))) for f in elsewise)
+        share = _share(outcome, a)
+        found.append(Standing(a, by_id[a.id] / (1 + odds), equivalents, share, (*same, *elsewise)))
     return tuple(sorted(found, key=lambda x: -x.share))
 
 

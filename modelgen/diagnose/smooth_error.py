@@ -118,7 +118,7 @@ def _deviances(r: Array, q: Array, square: Array, a: Array, n: int) -> list[tupl
         w = rms**2 * square
         down = (w / (1 + w))[:, None] * a
         xr, Q = qr - a[:, 1:].T @ down[:, 0], qq - a[:, 1:].T @ down[:, 1:]
-        left = rr - a[:, 0] @ down[:, 0] - xr @ np.linalg.lstsq(Q, xr, rcond=1e-10)[0]
+        left = float(rr - a[:, 0] @ down[:, 0] - xr @ np.linalg.lstsq(Q, xr, rcond=1e-10)[0])
         out.append((rms, n * float(np.log(max(left, 1e-12) / n)) + float(np.sum(np.log1p(w)))))
     return out
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from math import inf
 
 from modelgen.diagnose.grow import points_of
 from modelgen.diagnose.hypothesis import Addition, Hypothesis, make_hypotheses
@@ -63,7 +62,8 @@ def _exchanges(
 
     They are scored from the values that the rest has beside `old`, where what is missing may be too much for
     a derivative; and from the rest's own optimum, which may be far from the truth. What the base alone can
-    imitate shows only beside the others, so its score says nothing, and it is tried.
+    imitate shows only beside the others, so its score says nothing, and it is tried; so are other laws of
+    the same physics.
     """
     kept = tuple(a for a in best.hypothesis.added if a.key != old.key)
     rest = make_hypotheses(s.model, s.case, s.series, [kept])[0]
@@ -76,10 +76,9 @@ def _exchanges(
             found.setdefault(p.addition.key, []).append(p)
     chosen = sorted(found.values(), key=_least)[:BEST]
     chosen = [c for c in chosen if _least(c) < LOOSE * _least(chosen[0])]
-    for x in usable:
-        if x.blind and x.addition.port.name == old.port.name and x.addition.key not in found:
-            found[x.addition.key] = [Promise(inf, x.addition, alone.theta, {})]
-            chosen.append(found[x.addition.key])
+    always = [a.key for a in (x.addition for x in usable if x.blind) if a.port.name == old.port.name]
+    always += [x.addition.key for x in usable if x.addition.id == old.id]
+    chosen += [found[key] for key in dict.fromkeys(always) if key in found and found[key] not in chosen]
     made = make_hypotheses(s.model, s.case, s.series, [(*kept, c[0].addition) for c in chosen])
     fits = [alone] if kept else []
     for h in made:
