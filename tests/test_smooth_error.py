@@ -9,7 +9,16 @@ import modelgen.models
 from modelgen.diagnose.diagnosis import prepare, set_up
 from modelgen.diagnose.hypothesis import make_hypotheses
 from modelgen.diagnose.replica import motion_matters, on, replicas, undeserved
-from modelgen.diagnose.smooth_error import SIZES, Smooth, _deviances, _modes, smooth_error, with_smooth
+from modelgen.diagnose.smooth_error import (
+    SIZES,
+    Smooth,
+    _deviances,
+    _groups,
+    _modes,
+    _seen,
+    smooth_error,
+    with_smooth,
+)
 from modelgen.effects import CATALOGUE
 from modelgen.fit.series import Whitener, signature_of
 from modelgen.recordings import load_case, read_case_file
@@ -22,13 +31,26 @@ def _kernel(x: np.ndarray, length: float) -> np.ndarray:
     return np.exp(-0.5 * ((x[:, None] - x[None, :]) / length) ** 2)
 
 
+def _dense(x: list[np.ndarray], channels: list[int], shared: bool) -> np.ndarray:
+    """The process' covariance over all residuals, of unit size."""
+    modes, size = _modes(x, 0.6), sum(len(s) * c for s, c in zip(x, channels, strict=True))
+    K = np.zeros((size, size))
+    for group in _groups([len(s) for s in x], channels, shared):
+        B = np.zeros((size, modes[0].shape[1]))
+        for m, rows in group:
+            B[rows] = modes[m]
+        K += B @ B.T
+    return K
+
+
 def test_likelihoods_are_those_of_the_dense_covariance() -> None:
-    x = np.linspace(3, 8, 120)
-    B = _modes([x], [1], 0.6, shared=False)
-    assert np.allclose(B @ B.T, _kernel(x, 0.6), atol=0.03)  # interpolated between knots
+    x = np.linspace(3, 8, 60)
+    K = _dense([x], [2], shared=False)
+    assert np.allclose(K[:60, :60], _kernel(x, 0.6), atol=0.03)  # interpolated between knots
     r, J = RNG.standard_normal(120), np.linalg.qr(RNG.standard_normal((120, 3)))[0]
-    for rms, got in _deviances(r, J, B, 120):
-        inverse = np.linalg.inv(np.eye(120) + rms**2 * B @ B.T)
+    seen = _seen(_modes([x], 0.6), _groups([60], [2], False), np.ones(120), np.column_stack([r, J]))
+    for rms, got in _deviances(r, J, *seen, 120):
+        inverse = np.linalg.inv(np.eye(120) + rms**2 * K)
         free = J @ np.linalg.solve(J.T @ inverse @ J, J.T @ inverse @ r)
         left = (r - free) @ inverse @ (r - free)
         wanted = 120 * np.log(left / 120) - np.linalg.slogdet(inverse)[1]
@@ -37,12 +59,10 @@ def test_likelihoods_are_those_of_the_dense_covariance() -> None:
 
 def test_an_error_shared_by_sweeps_is_the_same_in_all_and_apart_in_real_and_imaginary() -> None:
     x = np.linspace(3, 8, 40)
-    B = _modes([x, x], [2, 2], 0.6, shared=True)
-    K = (B @ B.T).reshape(4, 40, 4, 40)
+    K = _dense([x, x], [2, 2], shared=True).reshape(4, 40, 4, 40)
     assert np.allclose(K[0, :, 0], K[0, :, 2])
     assert np.allclose(K[0, :, 1], 0)
-    B = _modes([x, x], [2, 2], 0.6, shared=False)
-    assert np.allclose((B @ B.T).reshape(4, 40, 4, 40)[0, :, 2], 0)
+    assert np.allclose(_dense([x, x], [2, 2], shared=False).reshape(4, 40, 4, 40)[0, :, 2], 0)
 
 
 def test_the_process_whitens_what_it_makes() -> None:
