@@ -11,19 +11,21 @@ from modelgen.diagnose.hypothesis import Addition
 from modelgen.diagnose.refit import Fit
 from modelgen.diagnose.setting import ALARM, CLOSE, TEMPER, Outcome
 
-
 Key = tuple[str, str, int]
 
 
 @dataclass(frozen=True)
 class Standing:
-    """One effect of the verdict among its rivals: its probability, and ids that explain the data as well."""
+    """One effect of the verdict among its rivals: its probability, and ids that explain the data as well.
+
+    elsewise: hypotheses as good that differ in more than this effect.
+    """
 
     addition: Addition
     probability: float
     equivalents: tuple[str, ...]
     share: float
-    rivals: tuple[Fit, ...] = ()
+    elsewise: tuple[Fit, ...] = ()
 
 
 def weights(fits: Sequence[Fit]) -> np.ndarray:
@@ -63,12 +65,11 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
         for i, f in others.get(a.key, ()):
             close[i] = min(close.get(i, np.inf), best.bic + _price(f, best))
         equivalents = tuple(sorted((i for i in close if i != a.id), key=lambda i: close[i]))
-        same = tuple(f for f in rivals if f.hypothesis is not best.hypothesis)
         elsewise = tuple({id(f): f for _, f in others.get(a.key, ())}.values())
         mine = next(float(x) for f, x in zip(rivals, w, strict=True) if f.hypothesis is best.hypothesis)
         odds = mine * sum(float(np.exp(-_price(f, best) / (2 * TEMPER))) for f in elsewise)
         share = _share(outcome, a)
-        found.append(Standing(a, by_id[a.id] / (1 + odds), equivalents, share, (*same, *elsewise)))
+        found.append(Standing(a, by_id[a.id] / (1 + odds), equivalents, share, elsewise))
     return tuple(sorted(found, key=lambda x: -x.share))
 
 
