@@ -193,7 +193,7 @@ def _port_values(model: Model, fit: Fit, k: int) -> dict[str, Array]:
     from modelgen.codegen import build
 
     e = fit.hypothesis.experiment
-    f = build(model, e.layout.wrt)
+    f = build(model, e.layout.wrt, wait=True)
     values = {
         **e.constants,
         **e.series[k].constants,
