@@ -20,8 +20,10 @@ from modelgen.diagnose.smooth_error import with_smooth
 from modelgen.errors import InputError
 from modelgen.fit import GaussNewton
 from modelgen.fit.experiment import Experiment, Layout
-from modelgen.fit.series import Array, Series, make_series
+from modelgen.fit.motion import errors_in_motion
+from modelgen.fit.series import Array, Series, input_noise, make_series
 from modelgen.recordings import Noise, Recording
+from modelgen.recordings.noise import noise_std
 
 SPREAD = 4
 """Further starting points for each effect of a rival that has shapes."""
@@ -165,20 +167,23 @@ def simulated(rivals: Rivals, truth: Fit, plan: Plan) -> Series | None:
     n = len(plan.inputs[model.axis])
     case = replace(setting.case, noise=_noise(setting, judge, k, plan.quiet, names))
 
-    def recorded(inputs: Mapping[str, Array], out: Array) -> Series:
+    def recording(inputs: Mapping[str, Array], out: Array) -> Recording:
         values = [out[0] + 1j * out[1]] if old.measure == "complex" else list(out)
         kinds = {o: record.kinds[o] for o in names}
         outputs = dict(zip(names, values, strict=False))
-        constants = {**old.constants, **plan.constants}
-        return make_series(model, case, Recording("planned", None, "fit", inputs, outputs, kinds, constants))
+        return Recording("planned", None, "fit", inputs, outputs, kinds, {**old.constants, **plan.constants})
 
     with np.errstate(all="ignore"):
-        empty = recorded(plan.inputs, np.ones((len(old.rows), n)))
+        empty = make_series(model, case, recording(plan.inputs, np.ones((len(old.rows), n))))
         e, theta = joined(truth, k, empty)
         out = _alone(e).raw(theta, 0) + empty.data
         if not np.all(np.isfinite(out)):
             return None
-        new = recorded(empty.inputs, out)
+        made = recording(empty.inputs, out)
+        new = make_series(model, case, made)
+        if model.is_time_model:
+            noisy = replace(case, noise=case.noise.but(_motion_noise(setting, k, plan)))
+            new = errors_in_motion(replace(_alone(e), series=(new,)), noisy, made, theta, 0)
     whitener = replace(new.whitener, ar=judge.whiteners[k].ar)
     if judge.smooth is not None and whitener.root is None:
         smooth = replace(judge.smooth, rms=judge.smooth.rms / plan.quiet)
@@ -201,6 +206,16 @@ def _noise(setting: Setting, judge: Judge, k: int, quiet: float, names: Sequence
     return Noise(
         inputs | {n: float(np.median(x)) for n, x in zip(names, sigma, strict=True)}, {}, stated.calibration
     )
+
+
+def _motion_noise(setting: Setting, k: int, plan: Plan) -> Noise:
+    """What errors recording k has in its displacement, stated or its own, averaged as planned."""
+    record, model = setting.case.fit[k], setting.model
+    told = input_noise(model, setting.case, record)
+    moved = {i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"}
+    t = record.inputs[model.axis]
+    found = {n: noise_std(t, record.inputs[n]) if told[n] is None else told[n] for n in moved}
+    return Noise({n: x / plan.averaged**0.5 for n, x in found.items()})
 
 
 def joined(fit: Fit, k: int, new: Series) -> tuple[Experiment, Array]:

@@ -25,6 +25,10 @@ SURE = 0.9
 """Worth from which no dearer plan is looked for."""
 FAIR = 0.15
 """Worth below which no plan is proposed."""
+BETTER = 0.05
+"""Worth that a dearer plan must have more."""
+LEAST = 3
+"""Plans that are looked at closely, whatever time it takes."""
 LIKELY = 0.5
 """Chance from which a hypothesis, were it true, is said to be told from the others."""
 CLEAR = 6.0
@@ -51,7 +55,7 @@ def separate(
     best: Fit,
     rivals: Sequence[Fit],
     near: Sequence[Fit] = (),
-    seconds: float = 1.0,
+    seconds: float = 1.5,
 ) -> str | None:
     """One sentence: which recording would separate `best` from its `rivals` best, and by how much χ².
 
@@ -104,24 +108,36 @@ def propose(
     until: float,
     near: Sequence[Fit] = (),
 ) -> Proposal | None:
-    """The plan of the greatest worth, or the one of least trouble that is SURE; of those tried `until` that
-    time."""
+    """The plan of the greatest worth, or the one of least trouble that is SURE; of those tried until the time
+    `until`, as of perf_counter."""
     k = int(np.argmax([s.n for s in setting.series]))
     scale = max(1.0, best.chi2 / effective(best.white))
     group = Rivals(setting, judge, (best, *rivals), tuple(near), k, scale)
     odds = weights(group.fits).tolist()
-    menu = [p for p in _menu(group, best) if p.averaged == 1 or scale < ROUGH]
     top: Proposal | None = None
-    for plan in menu:
-        if top is not None and (top.worth > SURE or time.perf_counter() > until):
+    for tried, (plan, hope) in enumerate(_promising(group, odds, until)):
+        if top is not None and top.worth > SURE:
             break
-        hope = sum(w * hoped(group, plan, i) for i, w in enumerate(odds))
-        if hope < max(FAIR, top.worth + 0.05 if top else 0.0):
-            continue
-        found = _foreseen(group, plan, odds)
-        if found.worth > max(FAIR, top.worth + 0.05 if top else 0.0):
+        if tried >= LEAST and time.perf_counter() > until:
+            break
+        better = max(FAIR, top.worth + BETTER if top else 0.0)
+        found = _foreseen(group, plan, odds) if hope > better else None
+        if found is not None and found.worth > better:
             top = found
     return top
+
+
+def _promising(group: Rivals, odds: Sequence[float], until: float) -> list[tuple[Plan, float]]:
+    """Plans with what they would be worth were all rivals linear: those near the greatest first, each lot by
+    the trouble of making it."""
+    hopes: list[tuple[Plan, float]] = []
+    for plan in _menu(group, group.fits[0]):
+        if plan.averaged == 1 or group.scale < ROUGH:
+            hopes.append((plan, sum(w * hoped(group, plan, i) for i, w in enumerate(odds))))
+        if time.perf_counter() > until:
+            break
+    most = max((h for _, h in hopes), default=0.0)
+    return sorted((x for x in hopes if x[1] > FAIR), key=lambda x: x[1] < SURE * most)
 
 
 def _menu(group: Rivals, best: Fit) -> tuple[Plan, ...]:
