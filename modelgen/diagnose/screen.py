@@ -117,11 +117,10 @@ def _slope(
 ) -> tuple[float | None, dict[str, float]]:
     """One-sided score of the strengths' derivatives at null."""
     at = h.place(base, theta, point)
-    with np.errstate(all="ignore"):
-        _, J = h.experiment.linearised(at, whiteners)
     names = h.added[-1].strengths
     index = [h.names.index(n) for n in names]
-    columns = J[:, index]
+    with np.errstate(all="ignore"):
+        columns = h.experiment.columns(at, index, whiteners)
     if not np.all(np.isfinite(columns)):
         return None, {}
     rest = tangent.off(columns)
@@ -153,13 +152,14 @@ def _finite(
 
     A little of the effect is a parameter renamed, much of it may not be.
     """
+    names = h.added[-1].strengths
+    index = [h.names.index(n) for n in names]
     with np.errstate(all="ignore"):
-        _, J = h.experiment.linearised(h.place(base, theta, {}), whiteners)
+        columns = h.experiment.columns(h.place(base, theta, {}), index, whiteners)
     values = {}
-    for name in h.added[-1].strengths:
-        i = h.names.index(name)
+    for name, i, column in zip(names, index, columns.T, strict=True):
         p = h.experiment.layout.parameters[i]
-        size = float(np.linalg.norm(J[:, i]))
+        size = float(np.linalg.norm(column))
         null = p.default or 0.0
         step = float(np.linalg.norm(tangent.r)) / size if np.isfinite(size) and size > 0 else 0.0
         values[name] = float(np.clip(null + step, *p.bounds))

@@ -23,6 +23,8 @@ WORTH = 0.9
 """Where models stay far from the data, an effect must take away a tenth of the misfit to be named."""
 IMPERFECT = 0.005
 """Share of the evidence so far that a law of the right family leaves, seven percent off: no second effect."""
+FAR = 2.3
+"""Residuals this many times the noise are looked into further, although no single effect explains them."""
 MOST = 3
 """Effects in one verdict."""
 
@@ -79,10 +81,25 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
 
 
 def _hidden(s: Setting, judge: Judge, best: Fit, winner: Fit, depth: int) -> bool:
-    """Whether only a smooth error that nobody stated forbids to claim `winner`: with one effect more it may
-    be told from that."""
-    sweeps = not s.model.is_time_model and judge.temper == 1.0
-    return sweeps and depth == len(best.ids) + 1 and best.bic - winner.bic > ALARM
+    """Whether one effect more may show what is not claimed yet.
+
+    A smooth error that nobody stated may forbid to claim `winner`, and two effects together be told from it;
+    or what no single effect explains is far more than noise, and two together do.
+    """
+    if depth != len(best.ids) + 1:
+        return False
+    if depth == 1 and _far(s, winner):
+        return True
+    return not s.model.is_time_model and judge.temper == 1.0 and best.bic - winner.bic > ALARM
+
+
+def _far(s: Setting, fit: Fit) -> bool:
+    """Whether residuals are larger than a noise that is wrong by a factor of two."""
+    white = [
+        replace(x.whitener, ar=None).apply(fit.hypothesis.experiment.raw(fit.theta, k))
+        for k, x in enumerate(s.series)
+    ]
+    return any(float(np.mean(e[e != 0] ** 2)) > FAR**2 for e in white if np.any(e))
 
 
 def _concluded(

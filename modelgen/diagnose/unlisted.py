@@ -16,12 +16,12 @@ from modelgen.diagnose.hypothesis import Addition, make_hypotheses
 from modelgen.diagnose.refit import Fit
 from modelgen.diagnose.scales import record_scales
 from modelgen.diagnose.screen import Tangent, score
-from modelgen.diagnose.setting import ALARM, Outcome, Setting
+from modelgen.diagnose.setting import ALARM, CLOSE, Outcome, Setting
 from modelgen.effects import Effect, Shape, Strength, search_range
 from modelgen.effects.effect import add
 from modelgen.language import Model, Port, j
 
-RARE = 0.1
+RARE = 0.3
 """How common such physics is beside that of the catalogue."""
 MODES = 8
 """Members of a row of resonances."""
@@ -35,7 +35,7 @@ WAYS: dict[str, tuple[tuple[int, bool], ...]] = {
 
 One in series at the mechanical side is a second_mode, and any beside it is one in the electrical impedance.
 """
-STEP = 0.08
+STEP = 0.04
 """Between resonance frequencies that are tried first, in the logarithm."""
 SOURCE = "a description, no law"
 
@@ -54,12 +54,20 @@ def with_rivals(setting: Setting, outcome: Outcome) -> Outcome:
         Addition(e, port, {q.name: search_range(q, known) for q in e.shapes})
         for e, port in _places(setting.model, points)
     ]
-    tangent = Tangent.of(*judge.tangent(base))
+    names, theta = outcome.best.hypothesis.names, outcome.best.theta
+    # the base is bent to what is missing; where the best hypothesis has it, that shows as it is
+    unbent = theta[[names.index(n) for n in base.hypothesis.names]]
+    references = [judge.look(base.hypothesis, at) for at in (base.theta, unbent)]
+    tangents = [Tangent.of(*judge.tangent(f)) for f in references]
     fits = []
     for h in make_hypotheses(setting.model, setting.case, setting.series, [(a,) for a in found]):
-        x = score(h, base.hypothesis, base.theta, tangent, judge.whiteners, keep=4)
-        if x.starts:
-            fits.append(judge.fit(h, [h.place(base.hypothesis, base.theta, v) for _, v in x.starts]))
+        starts = [
+            h.place(f.hypothesis, f.theta, v)
+            for f, tangent in zip(references, tangents, strict=True)
+            for _, v in score(h, f.hypothesis, f.theta, tangent, judge.whiteners, keep=4).starts
+        ]
+        if starts:
+            fits.append(judge.fit(h, starts))
     return replace(outcome, tried=(*outcome.tried, *fits))
 
 
@@ -69,7 +77,7 @@ def best_unlisted(outcome: Outcome) -> Fit | None:
 
 
 def cheaper(outcome: Outcome) -> tuple[Fit, float] | None:
-    """What no catalogue holds, where it explains more than the best hypothesis, and by how much.
+    """What no catalogue holds, where it clearly explains more than the best hypothesis, and by how much.
 
     By BIC, and for each effect what it must gain to be claimed.
     """
@@ -77,7 +85,7 @@ def cheaper(outcome: Outcome) -> tuple[Fit, float] | None:
     if first is None or not outcome.best.hypothesis.added:
         return None
     more = outcome.best.bic - first.bic + ALARM * (len(outcome.best.ids) - 1)
-    return (first, more) if more > 0 else None
+    return (first, more) if more > CLOSE else None
 
 
 def is_unlisted(fit: Fit) -> bool:
@@ -119,7 +127,7 @@ def _resonance(port: Port, modes: int, beside: bool, points: int) -> Effect:
         parallel if beside else add(terms),
         (
             Shape("omega_1", "rad/s", "omega", 0.7 if modes == 1 else 0.2, 1.5, points, text="the first"),
-            Shape("Q", "1", "1", 2.0, 500.0, 4, text="quality factor"),
+            Shape("Q", "1", "1", *((2.0, 500.0) if modes == 1 else (4.0, 100.0)), 4, text="quality factor"),
         ),
         needs=("omega",),
         common=RARE,

@@ -1,7 +1,9 @@
 """Coils as they are: wires with resistance, stray flux, capacitance between turns, imperfect insulation."""
 
-from modelgen.effects.effect import Effect, Shape, Strength, add, change
-from modelgen.language import eddy_factor, j
+from typing import Any
+
+from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change
+from modelgen.language import Port, eddy_factor, j
 
 lead_resistance = Effect(
     "lead_resistance",
@@ -65,4 +67,25 @@ coil_capacitance = Effect(
     needs=("omega",),
 )
 
-EFFECTS = (lead_resistance, leakage_inductance, coil_ac_resistance, coil_capacitance)
+
+def _lossy(at: Port, p: Values) -> Any:
+    Y = j * at["omega"] * p["C"] * (1 - j * p["tan_delta"])
+    return Y / (1 + Y * p["R_C"])
+
+
+lossy_capacitance = Effect(
+    "coil_capacitance",
+    ("terminals",),
+    "capacitance between turns and in the cable lies across the terminals, with a loss angle of its "
+    "dielectric and a resistance on the way to it",
+    "Keysight Impedance Measurement Handbook, ch. 1: capacitor with dielectric loss and series resistance",
+    coil_capacitance.strengths,
+    change(lambda Z, at, p: Z / (1 + Z * _lossy(at, p))),
+    (
+        Shape("tan_delta", "1", "1", 1e-3, 0.5, 3, text="tangent of the loss angle"),
+        Shape("R_C", "{port}", "port", 1e-3, 1.0, 3, text="resistance in series"),
+    ),
+    needs=("omega",),
+)
+
+EFFECTS = (lead_resistance, leakage_inductance, coil_ac_resistance, coil_capacitance, lossy_capacitance)

@@ -63,6 +63,27 @@ log_creep = Effect(
     common=2.0,
 )
 
+
+def _relaxing_springpot(model: Model, port: Port, p: Values) -> Model:
+    x = powj(port["omega"] * p["tau"], p["alpha_1"])
+    return add_stiffness(lambda at, p: p["C_1"] * x / (1 + x))(model, port, p)
+
+
+relaxing_springpot = Effect(
+    "power_law_viscoelasticity",
+    SPRING,
+    "the material creeps with a spectrum of relaxation times: a springpot in series with a spring, a power "
+    "law that ends where ωτ = 1",
+    "R. L. Bagley, P. J. Torvik, J. Rheol. 27 (1983) 201; T. Pritz, J. Sound Vib. 195 (1996) 103",
+    (Strength("C_1", "{stiffness}", text="stiffness of the branch at high frequency"),),
+    _relaxing_springpot,
+    (
+        Shape("alpha_1", "1", "1", 0.2, 0.95, 3, log=False, text="1 for a dashpot in the springpot's place"),
+        Shape("tau", "s", "time", 0.3, 3.0, text="relaxation time"),
+    ),
+    needs=("omega",),
+)
+
 maxwell_branch = Effect(
     "maxwell_branch",
     SPRING,
@@ -176,6 +197,7 @@ structural_quadrature = Effect(
 
 EFFECTS = (
     structural_quadrature,
-    power_law_viscoelasticity, log_creep, maxwell_branch, structural_damping,
+    power_law_viscoelasticity, log_creep,
+    relaxing_springpot, maxwell_branch, structural_damping,
     power_law_force, maxwell_force, log_creep_force, structural_spring,
 )  # fmt: skip

@@ -149,6 +149,20 @@ class Experiment:
             js.append(full.reshape(-1, size))
         return np.concatenate(rs), np.concatenate(js)
 
+    def columns(self, theta: Array, wanted: Sequence[int], whiteners: Sequence[Whitener]) -> Array:
+        """The columns `wanted` of the whitened Jacobian alone, (N, len(wanted))."""
+        js = []
+        for k, (s, w) in enumerate(zip(self.series, whiteners, strict=True)):
+            _, jac = self.prepared[k].jacobian(self.local(theta, k), s.measure)
+            moves = [np.flatnonzero(self.layout.place[k] == i) for i in wanted]
+            there = [c for c, m in enumerate(moves) if m.size]
+            full = np.zeros((len(s.rows), s.data.shape[1], len(wanted)))
+            if there:
+                part = np.ascontiguousarray(jac[list(s.rows)][:, [int(moves[c][0]) for c in there]])
+                full[:, :, there] = w.apply(part).transpose(0, 2, 1)
+            js.append(full.reshape(-1, len(wanted)))
+        return np.concatenate(js)
+
     def normal(self, theta: Array, whiteners: Sequence[Whitener] | None = None) -> tuple[float, Array, Array]:
         """r·r, Jᵀr (p,) and JᵀJ (p, p) of the whitened residual, without the whole Jacobian."""
         size = len(self.layout.names)
