@@ -181,6 +181,7 @@ def test_positive_strengths_take_power(kind: str) -> None:
         "1/(omega*port)": 1e-5,
         "median(port/omega)": 5e-3,
         "samples": 100.0,
+        "port": 8.0,
     }
     for e in CATALOGUE:
         if not e.fits(model) or e.fits(model)[0].kind != kind or e.strengths[0].bounds[0] < 0:

@@ -35,7 +35,9 @@ WAYS: dict[str, tuple[tuple[int, bool], ...]] = {
 
 One in series at the mechanical side is a second_mode, and any beside it is one in the electrical impedance.
 """
-STEP = 0.04
+KEEP = 10
+"""Starts for each kind of resonance: rows have many local optima."""
+STEP = 0.08
 """Between resonance frequencies that are tried first, in the logarithm."""
 SOURCE = "a description, no law"
 
@@ -64,7 +66,7 @@ def with_rivals(setting: Setting, outcome: Outcome) -> Outcome:
         starts = [
             h.place(f.hypothesis, f.theta, v)
             for f, tangent in zip(references, tangents, strict=True)
-            for _, v in score(h, f.hypothesis, f.theta, tangent, judge.whiteners, keep=4).starts
+            for _, v in score(h, f.hypothesis, f.theta, tangent, judge.whiteners, keep=KEEP).starts
         ]
         if starts:
             fits.append(judge.fit(h, starts))
@@ -127,7 +129,7 @@ def _resonance(port: Port, modes: int, beside: bool, points: int) -> Effect:
         parallel if beside else add(terms),
         (
             Shape("omega_1", "rad/s", "omega", 0.7 if modes == 1 else 0.2, 1.5, points, text="the first"),
-            Shape("Q", "1", "1", *((2.0, 500.0) if modes == 1 else (4.0, 100.0)), 4, text="quality factor"),
+            Shape("Q", "1", "1", *((2.0, 500.0) if modes == 1 else (3.0, 100.0)), 4, text="quality factor"),
         ),
         needs=("omega",),
         common=RARE,

@@ -69,7 +69,7 @@ coil_capacitance = Effect(
 
 
 def _lossy(at: Port, p: Values) -> Any:
-    Y = j * at["omega"] * p["C"] * (1 - j * p["tan_delta"])
+    Y = j * at["omega"] * p["C_1"] * (1 - j * p["tan_delta"])
     return Y / (1 + Y * p["R_C"])
 
 
@@ -79,7 +79,7 @@ lossy_capacitance = Effect(
     "capacitance between turns and in the cable lies across the terminals, with a loss angle of its "
     "dielectric and a resistance on the way to it",
     "Keysight Impedance Measurement Handbook, ch. 1: capacitor with dielectric loss and series resistance",
-    coil_capacitance.strengths,
+    (Strength("C_1", "s/{port}", text="capacitance across the terminals"),),
     change(lambda Z, at, p: Z / (1 + Z * _lossy(at, p))),
     (
         Shape("tan_delta", "1", "1", 1e-3, 0.5, 3, text="tangent of the loss angle"),
