@@ -13,6 +13,10 @@ from modelgen.diagnose.setting import ALARM, CLOSE, TEMPER, Outcome
 
 Key = tuple[str, str, int]
 
+OUTSIDE = 0.07
+"""How often what is there was none of the tried hypotheses (another law, a combination) although one fits:
+each claimed effect is that much less sure. As counted on independent truths, see PROOF.md."""
+
 
 @dataclass(frozen=True)
 class Standing:
@@ -68,8 +72,8 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
         elsewise = tuple({id(f): f for _, f in others.get(a.key, ())}.values())
         mine = next(float(x) for f, x in zip(rivals, w, strict=True) if f.hypothesis is best.hypothesis)
         odds = mine * sum(float(np.exp(-_price(f, best) / (2 * TEMPER))) for f in elsewise)
-        share = _share(outcome, a)
-        found.append(Standing(a, by_id[a.id] / (1 + odds), equivalents, share, elsewise))
+        probability = by_id[a.id] / (1 + odds) * (1 - OUTSIDE) ** len(best.ids)
+        found.append(Standing(a, probability, equivalents, _share(outcome, a), elsewise))
     return tuple(sorted(found, key=lambda x: -x.share))
 
 
@@ -102,8 +106,11 @@ def _elsewise(outcome: Outcome) -> dict[Key, list[tuple[str, Fit]]]:
 
 
 def _price(f: Fit, best: Fit) -> float:
-    """By how much the evidence for `f` is less than that for the best hypothesis."""
-    return f.bic - best.bic + ALARM * (len(f.ids) - len(best.ids))
+    """By how much the evidence for `f` is less than that for the best hypothesis.
+
+    0 where coloured noise alone makes it greater: for that the search has refused it.
+    """
+    return max(0.0, f.bic - best.bic + ALARM * (len(f.ids) - len(best.ids)))
 
 
 def _share(outcome: Outcome, a: Addition) -> float:

@@ -23,6 +23,8 @@ WORTH = 0.9
 """Where models stay far from the data, an effect must take away a tenth of the misfit to be named."""
 IMPERFECT = 0.005
 """Share of the evidence so far that a law of the right family leaves, seven percent off: no second effect."""
+MOSTLY = 0.25
+"""Share of the evidence that coloured noise must leave, or it may be that."""
 FAR = 2.3
 """Residuals this many times the noise are looked into further, although no single effect explains them."""
 MOST = 3
@@ -168,8 +170,11 @@ def _gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     undeserved = judge.excess.get(new.hypothesis.key, 0.0) - judge.excess.get(old.hypothesis.key, 0.0)
     if old.bic - new.bic < alarm + max(0.0, undeserved) + IMPERFECT * max(0.0, base.bic - old.bic):
         return False
-    needed = 0.0 if len(old.ids) == 1 and not s.model.is_time_model else alarm
-    return own_colour(s, judge, old) - own_colour(s, judge, new) > needed
+    own = own_colour(s, judge, old) - own_colour(s, judge, new)
+    if s.model.is_time_model or len(old.ids) != 1:
+        return own > alarm
+    # a second effect in sweeps is smooth, as coloured noise is: where it may be mostly that, more is asked
+    return own > (2 * alarm if own < MOSTLY * (old.bic - new.bic) else 0.0)
 
 
 def _screen(
