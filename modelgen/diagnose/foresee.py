@@ -94,8 +94,11 @@ def hoped(rivals: Rivals, plan: Plan, i: int) -> float:
     for rival in rivals.others(i):
         e, theta = joined(rival, rivals.k, new)
         size = len(rival.theta)
-        square, g, A = _alone(e).normal(theta)
-        A[:size, :size] += normal_of(rivals, rival)
+        with np.errstate(all="ignore"):
+            square, g, A = _alone(e).normal(theta)
+            A[:size, :size] += normal_of(rivals, rival)
+        if not (np.isfinite(square) and np.all(np.isfinite(A)) and np.all(np.isfinite(g))):
+            continue  # where it has no derivative, only a fit can tell
         unit = 1 / np.sqrt(np.maximum(np.diag(A), 1e-300))
         step = np.linalg.lstsq(A * unit * unit[:, None], g * unit, rcond=1e-13)[0]
         more = (square - float(step @ (g * unit))) / rivals.scale
