@@ -466,3 +466,37 @@ def test_generated_c_agrees(id: str, kind: str, p: dict[str, float]) -> None:
     plain = reading(motion, **base, **given)["F"]
     compiled = build(reading.model)(**motion, **base, **given)
     assert np.allclose(compiled, plain, rtol=1e-9, atol=1e-9)
+
+
+# -- windings, poles and creep with a spectrum ---------------------------------------------------------------
+
+
+def test_a_solid_pole_holds_the_flux_of_bessel_functions() -> None:
+    old, new = at_port(find("semi_inductance", "electrical_impedance", "L_3"), L_3=3e-4, omega_3=900.0)
+    x = np.sqrt(1j * w / 900.0)
+    assert np.allclose(new - old, 1j * w * 3e-4 * 2 * iv(1, x) / (x * iv(0, x)), rtol=1e-10)
+
+
+def test_a_winding_of_one_layer_is_a_foil_and_of_many_loses_with_their_square() -> None:
+    e = find("coil_ac_resistance", "electrical_impedance", "R_1")
+    x = np.sqrt(1j * w / 2e4)
+    old, foil = at_port(e, R_1=2.0, omega_p=2e4, m=1.0)
+    assert np.allclose(foil - old, 2 * (x / np.tanh(x) - 1), rtol=1e-8)
+    slow = w < 2e3  # Dowell: loss (5m² − 1)/45 (h/δ)⁴ of x = (1 + j) h/δ
+    _, many = at_port(e, R_1=2.0, omega_p=2e4, m=6.0)
+    loss = 2 * (5 * 36 - 1) / 45 * (w / 2e4 / 2) ** 2
+    assert np.allclose((many - old).real[slow], loss[slow], rtol=0.02)
+
+
+def test_a_relaxing_springpot_is_a_maxwell_branch_at_one_and_a_power_law_below_its_end() -> None:
+    e = find("power_law_viscoelasticity", "stiffness", "C_1")
+    old, sharp = at_port(e, C_1=300.0, alpha_1=0.999999, tau=1e-3)
+    assert np.allclose(sharp - old, 300 * 1j * w * 1e-3 / (1 + 1j * w * 1e-3), rtol=1e-4)
+    _, slow = at_port(e, C_1=300.0, alpha_1=0.4, tau=1e-12)
+    assert np.allclose(slow - old, 300 * (1j * w * 1e-12) ** 0.4, rtol=5e-3)
+
+
+def test_a_lossy_capacitance_is_its_network() -> None:
+    old, new = at_port(find("coil_capacitance", "terminals", "C_1"), C_1=2e-6, tan_delta=0.05, R_C=30.0)
+    branch = 30.0 + 1 / (1j * w * 2e-6 * (1 - 0.05j))
+    assert np.allclose(new, old * branch / (old + branch), rtol=1e-12)

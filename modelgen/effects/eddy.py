@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from modelgen.effects.effect import Effect, Shape, Strength, change, unit_omega
-from modelgen.language import Model, Parameter, Port, j, powj
+from modelgen.language import Model, Parameter, Port, eddy_factor, j, powj
 
 
 def _semi_inductance(model: Model, port: Port, p: Mapping[str, Parameter]) -> Model:
@@ -22,6 +22,22 @@ semi_inductance = Effect(
     (Shape("n", "1", "1", 0.3, 0.95, 6, log=False, text="exponent; 1/2 for an ideal half-space of iron"),),
     needs=("omega",),
     common=2.0,
+)
+
+solid_pole = Effect(
+    "semi_inductance",
+    ("electrical_impedance",),
+    "flux enters a solid pole only through its skin: a part L_3 of the inductance falls with the root of "
+    "frequency above ω_3",
+    "R. L. Stoll, The Analysis of Eddy Currents (1974), ch. 3: solid cylinder, 2 J1(x)/(x J0(x))",
+    (Strength("L_3", "{port}*s", text="inductance by the flux in the pole, at low frequency"),),
+    change(lambda Z, at, p: Z + j * at["omega"] * p["L_3"] * eddy_factor(at["omega"] / p["omega_3"])),
+    (
+        Shape(
+            "omega_3", "rad/s", "omega", 0.01, 1.0, 8, text="where the skin is as deep as the pole's radius"
+        ),
+    ),
+    needs=("omega",),
 )
 
 shunted_inductance = Effect(
@@ -75,4 +91,11 @@ permeability_relaxation = Effect(
     needs=("omega",),
 )
 
-EFFECTS = (semi_inductance, shunted_inductance, shorted_turn, shunted_terminals, permeability_relaxation)
+EFFECTS = (
+    semi_inductance,
+    solid_pole,
+    shunted_inductance,
+    shorted_turn,
+    shunted_terminals,
+    permeability_relaxation,
+)

@@ -3,7 +3,7 @@
 from typing import Any
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change
-from modelgen.language import Port, eddy_factor, j
+from modelgen.language import Port, eddy_factor, exp, j, sqrt
 
 lead_resistance = Effect(
     "lead_resistance",
@@ -56,6 +56,28 @@ coil_ac_resistance = Effect(
     needs=("omega",),
 )
 
+
+def _layered(at: Port, p: Values) -> Any:
+    x = sqrt(j * at["omega"] / p["omega_p"])
+    e, h = exp(-2 * x), exp(-x)
+    own = x * (1 + e) / (1 - e) - 1  # x coth x − 1
+    return p["R_1"] * (own + 2 * (p["m"] ** 2 - 1) / 3 * x * (1 - h) / (1 + h))  # tanh(x/2)
+
+
+layered_winding = Effect(
+    "coil_ac_resistance",
+    ("electrical_impedance",),
+    "current is crowded in a winding of several layers, each in the field of those within",
+    "P. L. Dowell, Proc. IEE 113 (1966) 1387, eq. 10: x coth x + 2(m² − 1)/3 x tanh(x/2), x² = jω/ω_p",
+    (Strength("R_1", "{port}", text="dc resistance of the winding that takes part"),),
+    add(_layered),
+    (
+        Shape("omega_p", "rad/s", "omega", 0.03, 3.0, 6, text="where the skin is as deep as a layer"),
+        Shape("m", "1", "1", 1.0, 30.0, 4, text="layers"),
+    ),
+    needs=("omega",),
+)
+
 coil_capacitance = Effect(
     "coil_capacitance",
     ("terminals",),
@@ -88,4 +110,11 @@ lossy_capacitance = Effect(
     needs=("omega",),
 )
 
-EFFECTS = (lead_resistance, leakage_inductance, coil_ac_resistance, coil_capacitance, lossy_capacitance)
+EFFECTS = (
+    lead_resistance,
+    leakage_inductance,
+    coil_ac_resistance,
+    layered_winding,
+    coil_capacitance,
+    lossy_capacitance,
+)
