@@ -69,7 +69,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
             if min(f.bic for f in grown) < best.bic - (0.0 if depth == 2 else ALARM):
                 more = swapped(s, base, judge, grown, scores)
                 judge, base, grown, best = recolour_pairs(s, judge, base, more, best)
-            judge, grown = _deserved(s, judge, beam, grown)
+            judge, grown = _deserved(s, judge, [base, *beam], grown)
             tried |= {f.hypothesis.key: f for f in grown}
             best = min([best, *(f for f in grown if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
             grown = [f for f in grown if len(f.ids) == depth]

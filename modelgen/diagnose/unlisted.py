@@ -35,7 +35,7 @@ WAYS: dict[str, tuple[tuple[int, bool], ...]] = {
 
 One in series at the mechanical side is a second_mode, and any beside it is one in the electrical impedance.
 """
-KEEP = 10
+KEEP = 8
 """Starts for each kind of resonance: rows have many local optima."""
 STEP = 0.08
 """Between resonance frequencies that are tried first, in the logarithm."""
