@@ -44,6 +44,24 @@ def test_a_concealed_effect_is_named_and_the_hold_out_predicted(
 
 
 @pytest.mark.parametrize(
+    ("domain", "effects", "noise", "ratio", "seed"),
+    [
+        ("stiffness", ("sensor_delay", "temperature_drift"), "coloured", 20.0, 50100054),
+        ("stiffness", ("cubic_stiffness", "dahl_exponent"), "quantised", 6.0, 60100052),
+        ("impedance", ("power_law_viscoelasticity", "second_mode"), "coloured", 6.0, 50100051),
+    ],
+)
+def test_two_effects_that_hide_each_other_are_both_named(
+    tmp_path: Path, domain: str, effects: tuple[str, str], noise: str, ratio: float, seed: int
+) -> None:
+    _, v = verdict(
+        tmp_path, seed, kind="pair", domain=domain, effect=effects, d2=(30, 1e4), noise=noise, ratio=ratio
+    )
+    assert {family(e) for e in effects} <= {family(e.id) for e in v.effects}
+    assert v.after.fit_over_noise < 0.3 * v.before.fit_over_noise
+
+
+@pytest.mark.parametrize(
     ("domain", "noise"),
     [("impedance", "white"), ("impedance", "calibration"), ("impedance", "misstated"), ("force", "white")],
 )

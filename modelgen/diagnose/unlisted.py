@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from modelgen.diagnose.describe import SOURCE
 from modelgen.diagnose.hypothesis import Addition, make_hypotheses
 from modelgen.diagnose.refit import Fit
 from modelgen.diagnose.scales import record_scales
@@ -39,7 +40,6 @@ KEEP = 8
 """Starts for each kind of resonance: rows have many local optima."""
 STEP = 0.08
 """Between resonance frequencies that are tried first, in the logarithm."""
-SOURCE = "a description, no law"
 
 
 def with_rivals(setting: Setting, outcome: Outcome) -> Outcome:
