@@ -226,13 +226,15 @@ def _extended(
     out: Path | None,
 ) -> tuple[str, str | None]:
     """The law in words, and the path of the extended model (with its C beside it)."""
+    from sympy import I, Symbol
+
     if not best.hypothesis.added:
         return "", None
     model = _with_values(best.hypothesis.experiment.model, after)
     changed = {s.name for s in model.statements} - {s.name for s in setting.model.statements}
     ports = {a.port.equation for a in best.hypothesis.added}
     law = "; ".join(
-        f"{s.name} = {s.expr}"
+        f"{s.name} = {s.expr.xreplace({I: Symbol('j')})}"
         for s in model.statements
         if hasattr(s, "expr")
         and (s.name in ports or (s.name in changed and s.name.rsplit("_", 1)[0] not in ports))
