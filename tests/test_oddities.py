@@ -124,7 +124,7 @@ def test_a_claim_needs_more_than_a_few_frequencies(width: float, narrow: bool) -
     rng = np.random.default_rng(0)
     f = [np.geomspace(20, 5000, 300)] * 2
     noise = [rng.standard_normal((2, 300)) for _ in f]
-    line = 8 / (1 + (np.log(f[0] / 300) / width) ** 2)
+    line = 20 / (1 + (np.log(f[0] / f[0][147]) / width) ** 2)
     found = lone(f, [e + line for e in noise], noise, "mechanical")
     assert (found is not None) == narrow
     if found is not None:

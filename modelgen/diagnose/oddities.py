@@ -167,8 +167,8 @@ def lone(f: Sequence[Array], before: Sequence[Array], after: Sequence[Array], po
     at = np.bincount(which, gain, len(places))
     top = np.argsort(at)[::-1][:LONE]
     total = float(np.sum(at))
-    if total - float(np.sum(at[top])) > BROAD * total:
-        return None
+    if total < 2 * LOUD or total - float(np.sum(at[top])) > BROAD * total:
+        return None  # faint, or wide
     says = f"something at {np.exp(places[top[0]]):.4g} Hz that is narrower than the samples can resolve"
     return Leftover(total, total, port, says)
 
