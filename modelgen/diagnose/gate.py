@@ -11,6 +11,7 @@ import numpy as np
 from modelgen.diagnose.describe import described
 from modelgen.diagnose.generic import Leftover, leftover
 from modelgen.diagnose.oddities import lone
+from modelgen.diagnose.ranking import OUTSIDE
 from modelgen.diagnose.recolour import GROSS_ESTIMATED
 from modelgen.diagnose.refit import Fit
 from modelgen.diagnose.setting import ALARM, Outcome, Setting
@@ -87,7 +88,8 @@ def judge_adequacy(
         unknown, left = True, _leftover(outcome, rival[0], rival[1] + LEFT)
     structured = other is not None or rival is not None or left.gain > LEFT
     notes += _far_notes(outcome, unknown, left, explained, np.sqrt(after / floor)) if far else ()
-    probability = float(1 / (1 + np.exp(-min(left.gain, 60.0) / 2 + 5.0))) if structured else 0.9
+    odds = float(np.exp(min(left.gain, 60.0) / 2 - 5.0)) if structured else 9.0
+    probability = (1 - OUTSIDE) * odds / (1 + odds)
     words = _noise_words(setting, outcome, after, stated)
     fit = rival[0] if rival is not None and other is None else None
     return Gate(unknown, left, probability, floor, float(np.sqrt(floor)), words, notes, fit)
