@@ -17,7 +17,7 @@ from modelgen.diagnose.generic import Leftover
 from modelgen.diagnose.holdout import Held, look_at_holdout
 from modelgen.diagnose.locate import locate
 from modelgen.diagnose.ranking import Standing, standings, weights
-from modelgen.diagnose.refit import Fit
+from modelgen.diagnose.refit import Fit, plain_white
 from modelgen.diagnose.search import claimless
 from modelgen.diagnose.setting import CLOSE, Outcome, Setting
 from modelgen.diagnose.show import port_curve, port_sensitivities, traces
@@ -67,7 +67,7 @@ def conclude(
     return Verdict(
         model=setting.model.id,
         adequate=not findings,
-        mismatch=locate(setting.model, setting.series, _plain_white(outcome.base), port, gate.floor)
+        mismatch=locate(setting.model, setting.series, plain_white(outcome.base), port, gate.floor)
         if findings
         else (),
         effects=findings,
@@ -102,12 +102,6 @@ def _worse(held: Held) -> float:
         if count
         else 0.0
     )
-
-
-def _plain_white(fit: Fit) -> list[Array]:
-    """Residuals over the noise's level, colour left in: what a plot shows."""
-    e = fit.hypothesis.experiment
-    return [replace(s.whitener, ar=None).apply(e.raw(fit.theta, k)) for k, s in enumerate(e.series)]
 
 
 def _findings(

@@ -13,7 +13,7 @@ from modelgen.diagnose.generic import Leftover, leftover
 from modelgen.diagnose.oddities import lone
 from modelgen.diagnose.ranking import OUTSIDE
 from modelgen.diagnose.recolour import GROSS_ESTIMATED
-from modelgen.diagnose.refit import Fit
+from modelgen.diagnose.refit import Fit, plain_white
 from modelgen.diagnose.setting import ALARM, Outcome, Setting
 from modelgen.diagnose.unlisted import best_unlisted, cheaper, with_rivals
 from modelgen.fit.scatter import local_scatter
@@ -63,8 +63,8 @@ def judge_adequacy(
 ) -> Gate:
     """Gate on the residual of the best hypothesis, and on what the outliers have in common (`oddity`)."""
     best = outcome.best
-    plain = _plain(setting, best)
-    after, before = _mean_square(plain), _mean_square(_plain(setting, outcome.base))
+    plain = plain_white(best)
+    after, before = _mean_square(plain), _mean_square(plain_white(outcome.base))
     many = plain[0].shape[1] >= 8
     scatter = float(np.mean([local_scatter(x) ** 2 for e in plain for x in e])) if many else 1.0
     stated = all(s.stated for s in setting.series)
@@ -110,12 +110,6 @@ def _leftover(outcome: Outcome, fit: Fit, gain: float) -> Leftover:
     """A fit of what no catalogue holds, as a description."""
     a = fit.hypothesis.added[0]
     return Leftover(gain, outcome.base.chi2 - fit.chi2, a.port.name, a.effect.says)
-
-
-def _plain(setting: Setting, fit: Fit) -> list[Array]:
-    """Residuals of a fit over the noise, colour left in."""
-    e = fit.hypothesis.experiment
-    return [replace(s.whitener, ar=None).apply(e.raw(fit.theta, k)) for k, s in enumerate(setting.series)]
 
 
 def _smooth(setting: Setting, outcome: Outcome) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from modelgen.diagnose.hypothesis import Addition, make_hypotheses
 from modelgen.diagnose.refit import Fit, Judge
 from modelgen.diagnose.screen import Score, Tangent, score
-from modelgen.diagnose.setting import ALARM, CHEAP, Setting
+from modelgen.diagnose.setting import ALARM, Setting
 
 SLACK = 1.5
 """A refit may gain this many times what the score promised at first order."""
@@ -26,8 +26,7 @@ def grow(
     """Hypotheses with one effect more than those of the beam, fitted."""
     chosen = _promising(s, base, judge, beam, scores)
     if beam and len(beam[0].ids) == 1:
-        cheap = sum(x.n for x in s.series) <= CHEAP
-        for key, grown in _companions(beam if cheap else beam[:1], first).items():
+        for key, grown in _companions(beam if s.cheap else beam[:1], first).items():
             chosen.setdefault(key, grown)
     made = make_hypotheses(
         s.model, s.case, s.series, [(*g.fit.hypothesis.added, g.addition) for g in chosen.values()]
@@ -61,15 +60,14 @@ def _promising(
 ) -> dict[Key, Grown]:
     """The effects that by their score beside the beam's fits promise most."""
     wanted: list[tuple[float, Grown]] = []
-    cheap = sum(x.n for x in s.series) <= CHEAP
     for k, f in enumerate(beam):
         tangent = Tangent.of(*judge.tangent(f))
-        inner = f.theta[[f.hypothesis.names.index(n) for n in base.hypothesis.names]]
+        inner = f.hypothesis.values_of(f.theta, base.hypothesis)
         for x in scores:
             if x.addition.id in f.ids:
                 continue
             # what the base's residual hides may lie elsewhere: beside the best fit all shapes are tried
-            points = None if k == 0 and cheap else points_of(x)
+            points = None if k == 0 and s.cheap else points_of(x)
             again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 2, points)
             reach = f.bic - SLACK * again.gain - beam[0].bic
             if again.starts and reach < -ALARM:

@@ -151,6 +151,10 @@ class Hypothesis:
     def names(self) -> tuple[str, ...]:
         return self.experiment.layout.names
 
+    def values_of(self, theta: Array, other: Hypothesis) -> Array:
+        """θ of `other`, all of whose parameters this one has, from θ of this one."""
+        return theta[[self.names.index(n) for n in other.names]]
+
     def place(self, base: Hypothesis, theta: Array, values: Mapping[str, float]) -> Array:
         """θ of this hypothesis from θ of a smaller one and values by name; strengths start at null."""
         known = dict(zip(base.names, theta, strict=True)) | dict(values)

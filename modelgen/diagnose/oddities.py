@@ -28,6 +28,14 @@ BROAD = 0.2
 """Share of the evidence that must be found elsewhere."""
 TOP = 0.01
 """Share of a record that is its top."""
+STEPS = (1, 2)
+"""From one harmonic in which the mains may be heard to the next: all, or the odd ones."""
+WIDTHS = (0.5, 1.0, 2.0, 4.0, 8.0)
+"""Half bandwidths of analysers [Hz]."""
+CHANCE = 1e-3
+"""Probability by chance alone, of the loudest of all that is looked at, that makes a hum (an upper bound)."""
+CROWDED = 0.35
+"""Share of a sweep that its lines may take."""
 
 
 def saturation(
@@ -101,16 +109,6 @@ def mains(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftov
     return None, [np.zeros(len(x), dtype=bool) for x in f]
 
 
-COMBS = ((1, 1), (1, 2))
-"""Harmonics in which the mains may be heard: from, in steps of."""
-WIDTHS = (0.5, 1.0, 2.0, 4.0, 8.0)
-"""Half bandwidths of analysers [Hz]."""
-CHANCE = 1e-3
-"""Probability by chance alone, of the loudest of all that is looked at, that makes a hum (an upper bound)."""
-CROWDED = 0.35
-"""Share of a sweep that its lines may take."""
-
-
 def hum(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftover | None, list[Array]]:
     """Many weak harmonics of the mains, none of them an outlier: sweeps louder near multiples of 50 or 60 Hz.
 
@@ -120,7 +118,7 @@ def hum(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftover
     from scipy.special import gammaincc
 
     ranks = np.concatenate([_ranks(e) for e in white])
-    tried = [(base, comb, width) for base in MAINS for comb in COMBS for width in WIDTHS]
+    tried = [(base, step, width) for base in MAINS for step in STEPS for width in WIDTHS]
     least, best = 1.0, tried[0]
     for way in tried:
         orders = np.concatenate([_orders(x, *way) for x in f])
@@ -135,7 +133,7 @@ def hum(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftover
         return None, [np.zeros(len(x), dtype=bool) for x in f]
     marks = [_orders(x, *best) > 0 for x in f]
     power = float(sum(np.sum(e[:, m] ** 2) for e, m in zip(white, marks, strict=True)))
-    which = "odd multiples" if best[1][1] == 2 else "multiples"
+    which = "odd multiples" if best[1] == 2 else "multiples"
     says = f"louder near the {which} of {best[0]:.0f} Hz than between: hum of the mains, picked up on the way"
     return Leftover(power, power, port, says), marks
 
@@ -147,10 +145,9 @@ def _ranks(white: Array) -> Array:
     return np.asarray(-np.log1p(-rank / (len(power) + 1)))
 
 
-def _orders(f: Array, base: float, comb: tuple[int, int], width: float) -> Array:
-    """(n,) which harmonic each frequency is within `width` of; 0 for none."""
-    first, step = comb
-    n = first + step * np.round((f / base - first) / step).astype(int)
+def _orders(f: Array, base: float, step: int, width: float) -> Array:
+    """(n,) which harmonic each frequency is within `width` of, of 1, 1 + step, …; 0 for none."""
+    n = 1 + step * np.round((f / base - 1) / step).astype(int)
     return np.where((np.abs(f - n * base) < width) & (n > 0), n, 0)
 
 

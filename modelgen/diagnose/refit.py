@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -40,6 +40,12 @@ class Fit:
     @property
     def ids(self) -> tuple[str, ...]:
         return self.hypothesis.ids
+
+
+def plain_white(fit: Fit) -> list[Array]:
+    """Residuals of a fit, recording by recording, over the noise's level, colour left in."""
+    e = fit.hypothesis.experiment
+    return [replace(s.whitener, ar=None).apply(e.raw(fit.theta, k)) for k, s in enumerate(e.series)]
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ from modelgen.diagnose.evidence import levels
 from modelgen.diagnose.grow import grow
 from modelgen.diagnose.hypothesis import Addition, Hypothesis, make_hypotheses
 from modelgen.diagnose.recolour import judged_anew, own_colour, recolour, recolour_pairs
-from modelgen.diagnose.refit import Fit, Judge
+from modelgen.diagnose.refit import Fit, Judge, plain_white
 from modelgen.diagnose.replica import motion_matters, replicas, undeserved
 from modelgen.diagnose.screen import Score, Tangent, score
-from modelgen.diagnose.setting import ALARM, CHEAP, Outcome, Progress, Setting
+from modelgen.diagnose.setting import ALARM, Outcome, Progress, Setting
 from modelgen.diagnose.smooth_error import smooth_error, with_smooth
 from modelgen.diagnose.swap import swapped
 from modelgen.fit.series import Series
@@ -90,18 +90,14 @@ def _hidden(s: Setting, judge: Judge, best: Fit, winner: Fit, depth: int) -> boo
     """
     if depth != len(best.ids) + 1:
         return False
-    if depth == 1 and _far(s, winner):
+    if depth == 1 and _far(winner):
         return True
     return not s.model.is_time_model and judge.temper == 1.0 and best.bic - winner.bic > ALARM
 
 
-def _far(s: Setting, fit: Fit) -> bool:
+def _far(fit: Fit) -> bool:
     """Whether residuals are larger than a noise that is wrong by a factor of two."""
-    white = [
-        replace(x.whitener, ar=None).apply(fit.hypothesis.experiment.raw(fit.theta, k))
-        for k, x in enumerate(s.series)
-    ]
-    return any(float(np.mean(e[e != 0] ** 2)) > FAR**2 for e in white if np.any(e))
+    return any(float(np.mean(e[e != 0] ** 2)) > FAR**2 for e in plain_white(fit) if np.any(e))
 
 
 def _concluded(
@@ -196,15 +192,14 @@ def _from_singles(judge: Judge, base: Fit, singles: Sequence[Fit]) -> Fit:
     start."""
     starts = [base.theta]
     for f in sorted(singles, key=lambda f: f.bic)[:3]:
-        starts.append(f.theta[[f.hypothesis.names.index(n) for n in base.hypothesis.names]])
+        starts.append(f.hypothesis.values_of(f.theta, base.hypothesis))
     return judge.fit(base.hypothesis, starts, iterations=150)
 
 
 def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score]) -> list[Fit]:
     """Fits of the most promising single effects (all, where that is cheap)."""
     seen = sorted((x for x in scores if x.starts), key=lambda x: -x.gain)
-    size = sum(x.n for x in s.series)
-    count = len(seen) if size <= CHEAP else s.refits
+    count = len(seen) if s.cheap else s.refits
     fits = []
     for k, x in enumerate(seen[:count]):
         starts = x.starts if k < 12 else x.starts[:1]

@@ -44,6 +44,11 @@ class Setting:
     def colour(self) -> int:
         return COLOUR_TIME if self.model.is_time_model else COLOUR_SWEEP
 
+    @property
+    def cheap(self) -> bool:
+        """Whether any fit is."""
+        return sum(x.n for x in self.series) <= CHEAP
+
 
 @dataclass(frozen=True, eq=False)
 class Outcome:

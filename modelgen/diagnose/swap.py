@@ -10,7 +10,7 @@ from modelgen.diagnose.grow import points_of
 from modelgen.diagnose.hypothesis import Addition, Hypothesis, make_hypotheses
 from modelgen.diagnose.refit import Fit, Judge
 from modelgen.diagnose.screen import Score, Tangent, score
-from modelgen.diagnose.setting import CHEAP, Setting
+from modelgen.diagnose.setting import Setting
 from modelgen.fit.series import Array
 
 ROUNDS = 3
@@ -32,7 +32,7 @@ def swapped(s: Setting, base: Fit, judge: Judge, fits: Sequence[Fit], scores: Se
     right partner it is seen. Only where fits are cheap.
     """
     found = {f.hypothesis.key: f for f in sorted(fits, key=lambda f: -f.bic)}
-    if not fits or sum(x.n for x in s.series) > CHEAP:
+    if not fits or not s.cheap:
         return list(fits)
     done: set[Key] = set()
     for _ in range(ROUNDS):
@@ -104,7 +104,7 @@ def _least(promises: Sequence[Promise]) -> float:
 def _scored(base: Fit, judge: Judge, f: Fit, scores: Sequence[Score]) -> list[Promise]:
     """What each effect promises beside f."""
     tangent = Tangent.of(*judge.tangent(f))
-    inner = f.theta[[f.hypothesis.names.index(n) for n in base.hypothesis.names]]
+    inner = f.hypothesis.values_of(f.theta, base.hypothesis)
     whole = float(tangent.r @ tangent.r)
     found = []
     for x in scores:

@@ -56,9 +56,8 @@ def with_rivals(setting: Setting, outcome: Outcome) -> Outcome:
         Addition(e, port, {q.name: search_range(q, known) for q in e.shapes})
         for e, port in _places(setting.model, points)
     ]
-    names, theta = outcome.best.hypothesis.names, outcome.best.theta
     # the base is bent to what is missing; where the best hypothesis has it, that shows as it is
-    unbent = theta[[names.index(n) for n in base.hypothesis.names]]
+    unbent = outcome.best.hypothesis.values_of(outcome.best.theta, base.hypothesis)
     references = [judge.look(base.hypothesis, at) for at in (base.theta, unbent)]
     tangents = [Tangent.of(*judge.tangent(f)) for f in references]
     fits = []
