@@ -9,7 +9,8 @@ import pytest
 
 from modelgen.api import read_case
 from modelgen.diagnose import Verdict, diagnose
-from modelgen.effects import family
+from modelgen.effects import Effect, Strength, family
+from modelgen.errors import InputError
 from modelgen.models import load
 from modelgen.truths import draw, write_case
 
@@ -97,6 +98,14 @@ def test_what_no_catalogue_holds_becomes_a_model_all_the_same(
     assert v.after.holdout_over_noise < min(1.15, v.before.holdout_over_noise)
     again = diagnose(case, load(f"{v.extended_model}:model"))
     assert again.before.fit < 0.6 * v.before.fit
+
+
+def test_an_effect_for_a_port_that_no_model_has_is_refused(tmp_path: Path) -> None:
+    c = Strength("c", "{port}")
+    wrong = Effect("my_spring", ("stiffnes",), "a spring", "nobody", (c,), lambda model, port, p: model)
+    case = read_case(write_case(draw(21, kind="none", domain="stiffness"), tmp_path))
+    with pytest.raises(InputError, match=r"my_spring.*'stiffnes'.*did you mean 'stiffness'"):
+        diagnose(case, load(case.model), effects=[wrong])
 
 
 def test_one_resonator_is_named_although_a_row_of_them_could_do_the_same(tmp_path: Path) -> None:

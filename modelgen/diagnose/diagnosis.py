@@ -21,6 +21,7 @@ from modelgen.diagnose.setting import Outcome, Progress, Setting
 from modelgen.diagnose.thin import thin
 from modelgen.diagnose.verdict import Verdict
 from modelgen.effects import Effect
+from modelgen.errors import InputError, did_you_mean
 from modelgen.fit import PSO
 from modelgen.fit.experiment import experiment
 from modelgen.fit.motion import errors_in_motion
@@ -61,6 +62,7 @@ def diagnose(
     from modelgen.effects import CATALOGUE
 
     begun = time.perf_counter()
+    _check_kinds(effects or (), model, {k for e in CATALOGUE for k in e.kinds})
     catalogue = (*CATALOGUE, *(effects or ()))
     if progress:
         progress(0.02, "reading")
@@ -74,6 +76,18 @@ def diagnose(
     if progress:
         progress(0.9, "deciding")
     return conclude(setting, ground.notes, ground.marks, ground.oddity, outcome, out, begun)
+
+
+def _check_kinds(effects: Sequence[Effect], model: Model, known: set[str]) -> None:
+    """Refuse an effect for kinds of ports that neither model nor catalogue knows: it would fit none."""
+    here = {p.kind for p in model.ports}
+    for e in effects:
+        if not (known | here) & set(e.kinds):
+            kind = e.kinds[0] if e.kinds else ""
+            raise InputError(
+                f"effect '{e.id}': no kind of port '{kind}' ({model.id} has {', '.join(sorted(here))})"
+                f"{did_you_mean(kind, known | here)}"
+            )
 
 
 def prepare(model: Model, case: Case, seed: int) -> Ground:
