@@ -99,3 +99,27 @@ def test_what_motion_errors_alone_give_is_told_by_records_without_the_effect(tmp
     child = make_hypotheses(model, case, ground.series, [(inertia,)])[0]
     fit = ground.judge.fit(child, [np.append(ground.base.theta, 0.0)])
     assert 0 <= undeserved(ground.judge, ground.base, fit, made) < np.inf
+
+
+def test_a_smooth_error_makes_no_model_smaller(tmp_path: Path) -> None:
+    """Weights that hold their own sample's noise would: R_e half a percent too small here, of 0.2 %."""
+    f = np.geomspace(20, 2000, 800)
+    s = 2j * np.pi * f
+    Z = 6.0 + 5e-4 * s + 36.0 / (1.0 + 0.015 * s + 2e3 / s)
+    root = np.linalg.cholesky(_kernel(np.log(f), 0.7) + 1e-9 * np.eye(f.size))
+    (tmp_path / "case.toml").write_text(
+        'model = "electrodynamic_transducer"\n[constants]\nM_m = 0.015\n[noise]\nZ_relative = 2e-3\n'
+        'Z_calibration = [3e-3, 0.7]\n[[recording]]\nfile = "a.csv"\nrole = "fit"\n'
+    )
+    file = read_case_file(tmp_path / "case.toml")
+    model = modelgen.models.load(file.model)
+    found = []
+    for seed in range(5):
+        a, b, c, d = np.random.default_rng(seed).standard_normal((4, f.size))
+        y = Z * (1 + 3e-3 * root @ (a + 1j * b) + 2e-3 * (c + 1j * d))
+        rows = np.column_stack([f, y.real, y.imag])
+        header = "f [Hz],Re Z [ohm],Im Z [ohm]"
+        np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header=header, comments="")
+        base = prepare(model, load_case(file, signature_of(model)), 0).base
+        found.append(base.theta[base.hypothesis.experiment.layout.names.index("R_e")] / 6.0 - 1)
+    assert abs(np.mean(found)) < 3 * 2e-3 / np.sqrt(5)

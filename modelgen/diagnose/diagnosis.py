@@ -101,7 +101,7 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
     fit = _fit_base(base[0], judge, seed)
     marks = tuple(outliers_of(fit.hypothesis.experiment, fit.theta, k) for k in range(len(series)))
     oddity, marks = _oddity(model, series, fit.white, marks)
-    series = masked(_levelled(series, fit), marks)
+    series = masked(_levelled(_referred(series, fit), fit), marks)
     if model.is_time_model:
         ex = replace(fit.hypothesis.experiment, series=series)
         series = tuple(errors_in_motion(ex, case, r, fit.theta, k) for k, r in enumerate(case.fit))
@@ -179,6 +179,25 @@ def _boxed(p: Problem, reach: float) -> Problem:
     low = np.where(signed, -min(reach, 30.0) * size, size / reach)
     high = np.where(signed, min(reach, 30.0) * size, size * reach)
     return replace(p, lower=np.maximum(p.lower, np.minimum(low, p.start)), upper=np.minimum(p.upper, high))
+
+
+NEAR = 0.1
+"""Relative distance from the recording at which the base says better what noise is relative to."""
+
+
+def _referred(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
+    """Impedances' noise relative to the base where that is near: neighbours share a coloured noise."""
+    found = []
+    for k, s in enumerate(series):
+        if s.measure not in ("complex", "modulus"):
+            found.append(s)
+            continue
+        e = fit.hypothesis.experiment.raw(fit.theta, k)
+        base = s.data + e
+        base = base[0] + 1j * base[1] if s.measure == "complex" else base[0]
+        near = np.abs(base - s.reference) < NEAR * np.abs(s.reference)
+        found.append(s.referred(np.where(near, base, s.reference)))
+    return tuple(found)
 
 
 def _levelled(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:

@@ -11,6 +11,7 @@ import numpy as np
 from modelgen.errors import InputError
 from modelgen.language import Model
 from modelgen.recordings import Case, Channel, Recording, Signature
+from modelgen.recordings.case import Noise
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -93,8 +94,9 @@ class Series:
     """One recording ready for any model of the same signature.
 
     inputs: recorded and derived ones. data: (channels, n). measure: what the channels are ("complex",
-    "modulus", "phase", "real"). rows: which of the model's real outputs the channels are. size: |data| per
-    sample, for scale.
+    "modulus", "phase", "real"). rows: which of the model's real outputs the channels are. reference: (n,) the
+    first output without its own noise, as far as known: what a relative noise is relative to, and the frame
+    of complex residuals. spread: absolute and relative noise, of impedances.
     """
 
     name: str
@@ -107,11 +109,22 @@ class Series:
     whitener: Whitener
     constants: Mapping[str, float] = field(default_factory=dict)
     stated: bool = True
-    size: Array = field(default_factory=lambda: np.zeros(0))
+    reference: Array = field(default_factory=lambda: np.zeros(0))
+    spread: tuple[float, float] = (0.0, 0.0)
 
     @property
     def n(self) -> int:
         return int(self.data.shape[1])
+
+    @property
+    def size(self) -> Array:
+        """(n,) |first output|."""
+        return np.abs(self.reference)
+
+    def referred(self, reference: Array) -> Series:
+        """An impedance with the noise and the frame of another reference (n,)."""
+        whitener = replace(self.whitener, weight=_weight_of(reference, self.spread, self.measure))
+        return replace(self, reference=reference, whitener=whitener)
 
 
 def signature_of(model: Model) -> Signature:
@@ -165,16 +178,23 @@ def make_series(model: Model, case: Case, recording: Recording) -> Series:
     else:
         data, measure = np.stack([recording.outputs[o] for o in found]), "real"
         rows = tuple(outputs.index(o) for o in found)
-    weight, stated = _weight(case, recording, found, kind, y)
+    if kind in ("complex", "modulus"):
+        spread, stated = _spread(case.noise_of(recording), found[0], kind, y)
+        reference = _between_neighbours(y, spread)
+        weight = _weight_of(reference, spread, kind)
+    else:
+        weight, stated = _weight(case, recording, found)
+        reference, spread = np.abs(y), (0.0, 0.0)
     if not stated and data.shape[1] > 1 and not np.any(np.ptp(data, axis=1)):
         raise InputError(
             f"recording '{recording.name}': '{found[0]}' is {y[0]:g} throughout and its noise is not stated: "
             f"there is nothing to compare '{model.id}' with"
         )
-    whitener = Whitener(weight, _calibration_root(model, case, recording, found[0], kind))
+    own = 1 / (np.abs(np.atleast_2d(weight)[0]) * np.abs(reference))
+    whitener = Whitener(weight, _calibration_root(model, case, recording, found[0], kind, own))
     return Series(
         recording.name, recording.role, inputs, np.ascontiguousarray(data), measure, rows, unit, whitener,
-        recording.constants, stated, np.abs(y),
+        recording.constants, stated, reference, spread,
     )  # fmt: skip
 
 
@@ -201,24 +221,48 @@ def input_noise(model: Model, case: Case, recording: Recording) -> dict[str, flo
     return found
 
 
-def _weight(case: Case, recording: Recording, found: list[str], kind: str, y: Array) -> tuple[Array, bool]:
-    """1/σ of each sample, and whether σ is stated: if not, impedances get a relative noise, others one
-    level."""
+def _spread(noise: Noise, name: str, kind: str, y: Array) -> tuple[tuple[float, float], bool]:
+    """(absolute, relative) noise of an impedance, and whether it is stated: if not, it is taken to be
+    relative, and the scatter between neighbours."""
     from modelgen.fit.scatter import local_scatter
 
-    first = found[0]
+    absolute, relative = noise.sigma.get(name), noise.relative.get(name)
+    if absolute is None and relative is None:
+        return (0.0, local_scatter(np.log(y) if kind == "modulus" else _unwrapped_log(y))), False
+    return (absolute or 0.0, relative or 0.0), True
+
+
+def _weight_of(reference: Array, spread: tuple[float, float], kind: str) -> Array:
+    """1/σ of each sample; of complex ones turned into the frame of the reference."""
+    sigma = np.hypot(spread[0], spread[1] * np.abs(reference))
+    if kind == "complex":
+        return np.asarray(np.conj(reference) / np.abs(reference) / sigma)
+    return np.asarray(1.0 / sigma[None, :])
+
+
+ALIKE = 4.0
+"""Times the noise that a sample and its neighbours may differ: farther off, it is its own reference."""
+
+
+def _between_neighbours(y: Array, noise: tuple[float, float]) -> Array:
+    """y (n,) at each sample as a cubic through its four neighbours has it, where these agree.
+
+    A weight must not hold its own sample's noise: weights 1/y would favour whatever makes the model smaller,
+    by N σ² for a smooth error of size σ over N samples.
+    """
+    smooth = np.array(y)
+    smooth[2:-2] = (4 * (y[1:-3] + y[3:-1]) - (y[:-4] + y[4:])) / 6
+    parts = 2 if np.iscomplexobj(y) else 1
+    sigma = np.hypot(noise[0], noise[1] * np.abs(y)) * np.sqrt(2 * parts)
+    return np.where((np.abs(smooth - y) < ALIKE * sigma) & (smooth != 0), smooth, y)
+
+
+def _weight(case: Case, recording: Recording, found: list[str]) -> tuple[Array, bool]:
+    """1/σ of each sample of real outputs, and whether σ is stated: if not, it is the scatter between
+    neighbours."""
+    from modelgen.fit.scatter import local_scatter
+
     noise = case.noise_of(recording)
-    absolute, relative = noise.sigma.get(first), noise.relative.get(first)
-    if kind in ("complex", "modulus"):
-        if absolute is None or relative is not None:
-            spread = relative or local_scatter(np.log(y) if kind == "modulus" else _unwrapped_log(y))
-            sigma = spread * np.abs(y)
-        else:
-            sigma = np.full(y.shape, absolute)
-        stated = relative is not None or absolute is not None
-        if kind == "complex":
-            return np.conj(y) / np.abs(y) / sigma, stated  # turned into the frame of Z
-        return 1.0 / sigma[None, :], stated
     rows, stated = [], True
     for o in found:
         x = recording.outputs[o]
@@ -233,8 +277,11 @@ def _unwrapped_log(z: Array) -> Array:
     return np.log(np.abs(z)) + 1j * np.unwrap(np.angle(z))
 
 
-def _calibration_root(model: Model, case: Case, recording: Recording, output: str, kind: str) -> Array | None:
-    """Whitens a smooth relative instrument error, correlated over a length in ln f, and independent noise."""
+def _calibration_root(
+    model: Model, case: Case, recording: Recording, output: str, kind: str, own: Array
+) -> Array | None:
+    """Whitens a smooth relative instrument error, correlated over a length in ln f, and independent noise
+    `own` (n,), relative, too."""
     noise = case.noise_of(recording)
     stated = noise.calibration.get(output)
     if stated is None or kind not in ("complex", "modulus"):
@@ -243,9 +290,7 @@ def _calibration_root(model: Model, case: Case, recording: Recording, output: st
 
     # one instrument may err alike in all m sweeps: errors √m as large leave their mean as uncertain as that
     rms, length = stated[0] * float(np.sqrt(len(case.fit))), stated[1]
-    relative = noise.relative.get(output)
     axis = np.log(np.asarray(recording.inputs[model.axis]))
-    own = np.full(axis.shape, relative if relative else 1e-3 * rms)
     smooth = np.exp(-0.5 * ((axis[:, None] - axis[None, :]) / length) ** 2)
     correlation = np.eye(len(axis)) + (rms / own[:, None]) * smooth * (rms / own[None, :])
     return np.asarray(solve_triangular(np.linalg.cholesky(correlation), np.eye(len(axis)), lower=True))
