@@ -21,7 +21,7 @@ def _powj(w: Any, n: Any) -> Any:
 
 
 def _eddy_factor(p: Any) -> Any:
-    x = np.sqrt(-1j * p)
+    x = np.sqrt(-1j * np.where(p == 0, 1e-16, p))
     return 2 * jv(1, x) / (x * jv(0, x))
 
 

@@ -13,7 +13,7 @@ import sympy as sp
 from interpreter import Reading
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from scipy.special import iv
+from scipy.special import iv, j1, struve
 
 from modelgen.effects import CATALOGUE, Effect
 from modelgen.effects.effect import unit_omega
@@ -86,7 +86,10 @@ def wobble(t: Array) -> Array:
 def test_skin_effect_is_a_round_wire() -> None:
     old, new = at_port(find("coil_ac_resistance", "electrical_impedance"), R=2.0, omega_s=3e3)
     x = np.sqrt(1j * w / 3e3)
-    assert np.allclose(new - old, 2.0 * (x * iv(0, x) / (2 * iv(1, x)) - 1), rtol=1e-9)
+    wire = x * iv(0, x) / (2 * iv(1, x)) - 1
+    assert np.allclose(new - old, 2.0 * wire, rtol=1e-9)
+    old, new = at_port(find("coil_ac_resistance", "electrical_impedance", "tau_s"), tau_s=1 / 3e3)
+    assert np.allclose(new - old, COIL["R_e"] * wire, rtol=1e-9)
 
 
 def test_shunts_are_resistances_in_parallel() -> None:
@@ -95,15 +98,16 @@ def test_shunts_are_resistances_in_parallel() -> None:
     old, new = at_port(find("eddy_shunt", "electrical_impedance"), L_2=1e-3, omega_2=5e3)
     assert np.allclose(1 / (new - old), 1 / (1j * w * 1e-3) + 1 / 5.0)
     old, new = at_port(find("eddy_shunt", "terminals"), G_0=1 / 50.0)
-    assert np.allclose(1 / new, 1 / old + 1 / 50.0)
+    wire = COIL["R_e"]
+    assert np.allclose(1 / (new - wire), 1 / (old - wire) + 1 / 50.0)
 
 
 def test_semi_inductance_and_cole_cole() -> None:
     old, new = at_port(find("semi_inductance", "electrical_impedance"), K=0.02, n=0.6)
     assert np.allclose(np.angle(new - old), 0.3 * np.pi)
     assert np.allclose(np.abs(new - old), 0.02 * w**0.6)
-    old, new = at_port(find("permeability_relaxation", "inductance"), s=0.3, tau=1e-3, a=0.7)
-    assert np.allclose(new / old - 1, 0.3 / (1 + (1j * w * 1e-3) ** 0.7))
+    old, new = at_port(find("permeability_relaxation", "inductance"), L_s=0.3, tau=1e-3, a=0.7)
+    assert np.allclose(new - old, 0.3 / (1 + (1j * w * 1e-3) ** 0.7))
 
 
 # -- mechanical ----------------------------------------------------------------------------------------------
@@ -156,6 +160,15 @@ def test_radiation_is_a_mass_below_and_a_resistance_above() -> None:
     assert np.allclose((new - old).imag, w * 3e-7, rtol=1e-3)
     old, new = at_port(e, R=3.0, tau=10.0)
     assert np.allclose(new - old, 3.0, rtol=1e-2)
+
+
+@pytest.mark.parametrize("tau", [1e-7, 1e-5, 1e-4, 1e-3, 1e-2])
+def test_a_piston_radiates_by_bessels_and_struves_functions(tau: float) -> None:
+    old, new = at_port(find("radiation_load", "mechanical_impedance", "R_p"), R_p=3.0, tau_p=tau)
+    ka = w * tau
+    exact = 3.0 * (1 - j1(2 * ka) / ka + 1j * struve(1, 2 * ka) / ka)
+    assert np.all(np.abs(new - old - exact) < 0.024 * np.abs(exact))
+    assert np.all((new - old).real > 0)
 
 
 @pytest.mark.parametrize(
@@ -478,13 +491,14 @@ def test_a_solid_pole_holds_the_flux_of_bessel_functions() -> None:
 
 
 def test_a_winding_of_one_layer_is_a_foil_and_of_many_loses_with_their_square() -> None:
-    e = find("coil_ac_resistance", "electrical_impedance", "R_1")
+    e, wire = find("coil_ac_resistance", "electrical_impedance", "tau_p"), COIL["R_e"]
     x = np.sqrt(1j * w / 2e4)
-    old, foil = at_port(e, R_1=2.0, omega_p=2e4, m=1.0)
-    assert np.allclose(foil - old, 2 * (x / np.tanh(x) - 1), rtol=1e-8)
+    old, foil = at_port(e, tau_p=1 / 2e4, m=1.0)
+    assert np.allclose(foil - old, wire * (x / np.tanh(x) - 1), rtol=1e-8)
+    _, many = at_port(e, tau_p=1 / 2e4, m=6.0)
+    assert np.allclose(many - foil, wire * 2 * 35 / 3 * x * np.tanh(x / 2), rtol=1e-8)
     slow = w < 2e3  # Dowell: loss (5m² − 1)/45 (h/δ)⁴ of x = (1 + j) h/δ
-    _, many = at_port(e, R_1=2.0, omega_p=2e4, m=6.0)
-    loss = 2 * (5 * 36 - 1) / 45 * (w / 2e4 / 2) ** 2
+    loss = wire * (5 * 36 - 1) / 45 * (w / 2e4 / 2) ** 2
     assert np.allclose((many - old).real[slow], loss[slow], rtol=0.02)
 
 

@@ -1,8 +1,9 @@
 """Currents and delays in the core: solid iron, shorted turns, magnetic after-effect."""
 
 from collections.abc import Mapping
+from typing import Any
 
-from modelgen.effects.effect import Effect, Shape, Strength, change, unit_omega
+from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change, unit_omega
 from modelgen.language import Model, Parameter, Port, eddy_factor, j, powj
 
 
@@ -62,16 +63,20 @@ shorted_turn = Effect(
     needs=("omega",),
 )
 
+
+def _shunted(Z: Any, at: Port, p: Values) -> Any:
+    R = dict(at.variables).get("R", 0)  # of the winding, which lies before the shunt
+    return R + (Z - R) / (1 + p["G_0"] * (Z - R))
+
+
 shunted_terminals = Effect(
     "eddy_shunt",
     ("terminals",),
-    "a resistance shunts the whole coil, motion included: eddy currents that all of its flux drives, or "
-    "a leak",
+    "a resistance shunts the whole coil behind the resistance of its wire, motion included: eddy currents "
+    "that all of its flux drives",
     "E. C. Snelling, Soft Ferrites (1988), ch. 2: core loss as a parallel resistance",
-    # The same as a shunt behind the winding's resistance, with the other parameters rescaled: data can't
-    # tell.
-    (Strength("G_0", "1/{port}", text="conductance across the terminals"),),
-    change(lambda Z, at, p: Z / (1 + p["G_0"] * Z)),
+    (Strength("G_0", "1/{port}", text="conductance across the coil"),),
+    change(_shunted),
     needs=("omega",),
 )
 
@@ -82,8 +87,8 @@ permeability_relaxation = Effect(
     "τ (Cole–Cole)",
     "K. S. Cole, R. H. Cole, J. Chem. Phys. 9 (1941) 341; S. Chikazumi, Physics of Ferromagnetism "
     "(1997), ch. 20",
-    (Strength("s", "1", text="relaxing permeability over the rest"),),
-    change(lambda L, at, p: L * (1 + p["s"] / (1 + powj(at["omega"] * p["tau"], p["a"])))),
+    (Strength("L_s", "{port}", text="inductance by the relaxing part of the permeability"),),
+    add(lambda at, p: p["L_s"] / (1 + powj(at["omega"] * p["tau"], p["a"]))),
     (
         Shape("tau", "s", "time", 0.3, 3.0, text="relaxation time"),
         Shape("a", "1", "1", 0.2, 0.95, 3, log=False, text="1 for one time, less the wider the times spread"),

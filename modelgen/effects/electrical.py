@@ -3,7 +3,8 @@
 from typing import Any
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change
-from modelgen.language import Port, eddy_factor, exp, j, sqrt
+from modelgen.effects.resonance import xcotx
+from modelgen.language import Port, eddy_factor, j
 
 lead_resistance = Effect(
     "lead_resistance",
@@ -57,26 +58,46 @@ coil_ac_resistance = Effect(
 )
 
 
+SKIN = Strength(
+    "tau_s", "s", text="μσa², above whose inverse the skin is thinner than the wire's radius a",
+    scale="1/max(omega)", low=0.5, high=100.0, points=8,
+)  # fmt: skip
+
+skin_effect = Effect(
+    "coil_ac_resistance",
+    ("electrical_impedance",),
+    "skin effect crowds the current in the wire: all of its resistance grows with the square of frequency, "
+    "above 1/τ_s with the root",
+    "H. B. Dwight, Electrical Coils and Conductors (1945), ch. 16: round wire, R x J0(x)/(2 J1(x))",
+    (SKIN,),
+    add(lambda at, p: at["R"] * (1 / eddy_factor(at["omega"] * p["tau_s"]) - 1)),
+    needs=("omega", "R"),
+    secant=True,  # an inductance at first order
+)
+
+
 def _layered(at: Port, p: Values) -> Any:
-    x = sqrt(j * at["omega"] / p["omega_p"])
-    e, h = exp(-2 * x), exp(-x)
-    own = x * (1 + e) / (1 - e) - 1  # x coth x − 1
-    return p["R_1"] * (own + 2 * (p["m"] ** 2 - 1) / 3 * x * (1 - h) / (1 + h))  # tanh(x/2)
+    x2 = j * at["omega"] * p["tau_p"]
+    own = xcotx(-x2) - 1  # x coth x − 1
+    return at["R"] * (own + (p["m"] ** 2 - 1) / 3 * x2 / xcotx(-x2 / 4))  # the last is 2 x tanh(x/2)
 
 
 layered_winding = Effect(
     "coil_ac_resistance",
     ("electrical_impedance",),
     "current is crowded in a winding of several layers, each in the field of those within",
-    "P. L. Dowell, Proc. IEE 113 (1966) 1387, eq. 10: x coth x + 2(m² − 1)/3 x tanh(x/2), x² = jω/ω_p",
-    (Strength("R_1", "{port}", text="dc resistance of the winding that takes part"),),
-    add(_layered),
+    "P. L. Dowell, Proc. IEE 113 (1966) 1387, eq. 10: x coth x + 2(m² − 1)/3 x tanh(x/2), x² = jωτ_p",
     (
-        Shape("omega_p", "rad/s", "omega", 0.03, 3.0, 6, text="where the skin is as deep as a layer"),
-        Shape("m", "1", "1", 1.0, 30.0, 4, text="layers"),
+        Strength(
+            "tau_p", "s", text="μσh², above whose inverse the skin is thinner than a layer's height h",
+            scale="1/max(omega)", low=0.01, high=30.0, points=8,
+        ),
     ),
-    needs=("omega",),
-)
+    add(_layered),
+    (Shape("m", "1", "1", 1.0, 30.0, 4, text="layers"),),
+    needs=("omega", "R"),
+    secant=True,
+)  # fmt: skip
 
 coil_capacitance = Effect(
     "coil_capacitance",
@@ -114,6 +135,7 @@ EFFECTS = (
     lead_resistance,
     leakage_inductance,
     coil_ac_resistance,
+    skin_effect,
     layered_winding,
     coil_capacitance,
     lossy_capacitance,

@@ -1,7 +1,10 @@
 """What hangs on a moving part: dashpots, masses, springs, the air around it. Frequency domain."""
 
-from modelgen.effects.effect import Effect, Shape, Strength, add_impedance, add_stiffness
-from modelgen.language import j
+from collections.abc import Sequence
+from typing import Any
+
+from modelgen.effects.effect import Effect, Shape, Strength, Values, add_impedance, add_stiffness
+from modelgen.language import Port, j
 
 MECHANICAL = ("mechanical_impedance", "stiffness")
 
@@ -50,4 +53,37 @@ radiation_load = Effect(
     needs=("omega",),
 )
 
-EFFECTS = (contact_damping, inertia, added_stiffness, radiation_load)
+ABOVE = (0.8471, 0.3866, 0.1243, 0.02877, 0.002819, 0.000423)
+BELOW = (1.034, 0.5025, 0.1397, 0.03108, 0.00306, 0.000423)
+"""A piston's radiation as powers of s = jka from the first on, over 1 and powers of s: passive, and within
+2.4 % of 1 − J1(2ka)/ka + j H1(2ka)/ka (Struve's H1) at every ka."""
+
+
+def _piston(at: Port, p: Values) -> Any:
+    s = j * at["omega"] * p["tau_p"]
+    above, below = (_powers(c, s) for c in (ABOVE, BELOW))
+    return p["R_p"] * above / (1 + below)
+
+
+def _powers(coefficients: Sequence[float], s: Any) -> Any:
+    """Σ c_n sⁿ, n from 1, by Horner's scheme."""
+    total: Any = 0
+    for c in reversed(coefficients):
+        total = (total + c) * s
+    return total
+
+
+piston_load = Effect(
+    "radiation_load",
+    ("mechanical_impedance",),
+    "sound is radiated from a flat piston: a mass at low frequency, a resistance ρcS where the wave is "
+    "shorter than its radius, with a ripple between",
+    "P. M. Morse, K. U. Ingard, Theoretical Acoustics (1968), sec. 7.4: piston in a wall, "
+    "1 − J1(2ka)/ka + j H1(2ka)/ka",
+    (Strength("R_p", "{impedance}", text="ρcS, resistance at high frequency"),),
+    add_impedance(_piston),
+    (Shape("tau_p", "s", "time", 0.1, 3.0, 10, text="a/c, time that sound needs over the piston's radius"),),
+    needs=("omega",),
+)
+
+EFFECTS = (contact_damping, inertia, added_stiffness, radiation_load, piston_load)

@@ -1,5 +1,6 @@
 """More than one degree of freedom: a resonator hung on, a joint, waves in the rod."""
 
+from dataclasses import replace
 from typing import Any
 
 from sympy import Symbol
@@ -34,71 +35,48 @@ second_mode = Effect(
 LOSS = Shape("eta", "1", "1", 0.003, 0.5, 2, text="loss factor")
 
 
-def _joint(spring: str) -> Effect:
+def _joint(spring: str, lossy: bool) -> Effect:
     """A joint in the moving side; before it a mass, and with `spring` also the model's own spring."""
-    s, m = f"s{spring}", f"m{spring}"
+    mark = spring + ("_eta" if lossy else "")
+    s, m, eta = f"s{mark}", f"m{mark}", f"eta{spring}"
 
     def behind(model: Model, port: Port, p: Values) -> Model:
         w = port["omega"]
         near = j * w * p[m]
         if spring:
             near += model[next(q.equation for q in model.ports if q.kind == "stiffness")] / (j * w)
-        return model.extend(port.equation, lambda Z: near + (Z - near) / (1 + j * w * p[s] * (Z - near)))
+        give = j * w * p[s] / (1 + j * p[eta]) if lossy else j * w * p[s]
+        return model.extend(port.equation, lambda Z: near + (Z - near) / (1 + give * (Z - near)))
 
     before = "a mass and the spring" if spring else "a mass"
+    loss = "; loss factor: L. Cremer, M. Heckl, B. Petersson, Structure-Borne Sound (2005), ch. 3"
     return Effect(
         "contact_compliance",
         ("mechanical_impedance",),
-        f"a joint gives: all but {before} hangs behind a spring in series, and has a second resonance on it",
-        "J. P. Den Hartog, Mechanical Vibrations (1956), sec. 3.2: two masses on a spring",
+        f"a joint gives{' and rubs' if lossy else ''}: all but {before} hangs behind a spring in series, and "
+        "has a second resonance on it",
+        "J. P. Den Hartog, Mechanical Vibrations (1956), sec. 3.2: two masses on a spring" + loss * lossy,
         (
             Strength(
-                s, "1/({stiffness})", text="compliance", scale="1/(omega*port)", low=0.02, high=8.0, points=80
+                s, "1/({stiffness})", text="compliance", scale="1/(omega*port)", low=0.02, high=8.0,
+                points=30 if lossy else 80,
             ),
         ),
         behind,
-        (Shape(m, "{impedance}*s", "median(port/omega)", 0.1, 1.0, 5, text="mass before the joint"),),
+        (
+            Shape(
+                m, "{impedance}*s", "median(port/omega)", 0.1, 1.0, 3 if lossy else 5,
+                text="mass before the joint",
+            ),
+            *([replace(LOSS, name=eta)] if lossy else []),
+        ),
         needs=("omega",),
         also=("stiffness",) if spring else (),
         secant=True,  # the derivative at null knows nothing of the resonance
-    )
+    )  # fmt: skip
 
 
-contact_compliance = _joint("")
-joint_behind_the_spring = _joint("_k")
-
-
-def _lossy(model: Model, port: Port, p: Values) -> Model:
-    near = j * port["omega"] * p["m_eta"]
-    give = j * port["omega"] * p["s_eta"] / (1 + j * p["eta"])
-    return model.extend(port.equation, lambda Z: near + (Z - near) / (1 + give * (Z - near)))
-
-
-lossy_joint = Effect(
-    "contact_compliance",
-    ("mechanical_impedance",),
-    "a joint gives and rubs: all but a mass before it hangs behind a lossy spring, with a second resonance",
-    "J. P. Den Hartog, Mechanical Vibrations (1956), sec. 3.2; loss factor: L. Cremer, M. Heckl, "
-    "B. Petersson, Structure-Borne Sound (2005), ch. 3",
-    (
-        Strength(
-            "s_eta",
-            "1/({stiffness})",
-            text="compliance",
-            scale="1/(omega*port)",
-            low=0.02,
-            high=8.0,
-            points=30,
-        ),
-    ),
-    _lossy,
-    (
-        Shape("m_eta", "{impedance}*s", "median(port/omega)", 0.1, 1.0, 3, text="mass before the joint"),
-        LOSS,
-    ),
-    needs=("omega",),
-    secant=True,
-)
+JOINTS = (_joint("", False), _joint("_k", False), _joint("", True))
 
 LEVELS = 14
 
@@ -126,9 +104,9 @@ distributed_rod = Effect(
             "{port}*s**2",
             text="mass of the rod",
             scale="min(port)/max(omega)**2",
-            low=0.3,
+            low=0.003,
             high=30.0,
-            points=8,
+            points=12,
         ),
     ),
     change(lambda K, at, p: K * xcotx(at["omega"] ** 2 * p["m"] / K)),
@@ -160,9 +138,9 @@ lossy_rod = Effect(
             "{port}*s**2",
             text="mass of the rod",
             scale="min(port)/max(omega)**2",
-            low=0.3,
+            low=0.003,
             high=40.0,
-            points=8,
+            points=12,
         ),
     ),
     change(lambda K, at, p: K * xcotx(at["omega"] ** 2 * p["m_eta"] * (1 - j * p["eta"]) / K)),
@@ -214,6 +192,6 @@ swinging_mass = Effect(
 )
 
 EFFECTS = (
-    second_mode, contact_compliance, joint_behind_the_spring, lossy_joint, distributed_rod, moving_rod,
+    second_mode, *JOINTS, distributed_rod, moving_rod,
     lossy_rod, swinging_mass,
 )  # fmt: skip

@@ -21,6 +21,7 @@ Z_m = Equation("Z_m", R_m + j * omega * M_m + K_M / (j * omega), "N*s/m", "(9)",
 Z = Equation("Z", Z_e + Bl**2 / Z_m, "ohm", "(4)", "electrical impedance, with T_em = −T_me = Bl")
 
 at = (("omega", omega.symbol),)
+wound = (*at, ("R", R_e))
 electrodynamic_transducer = Model(
     "electrodynamic_transducer",
     inputs=(f,),
@@ -28,9 +29,9 @@ electrodynamic_transducer = Model(
     statements=(omega, L_E, Z_e, K_M, Z_m, Z),
     outputs=(Output("Z"),),
     ports=(
-        Port("electrical", "electrical_impedance", "Z_e", at),
+        Port("electrical", "electrical_impedance", "Z_e", wound),
         Port("electrical", "inductance", "L_E", at),
-        Port("electrical", "terminals", "Z", at),
+        Port("electrical", "terminals", "Z", wound),
         Port("mechanical", "mechanical_impedance", "Z_m", at),
         Port("mechanical", "stiffness", "K_M", at),
     ),

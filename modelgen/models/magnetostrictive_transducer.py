@@ -106,6 +106,7 @@ def build(eddy: str = "exact", eddy_sign: str = "corrected") -> Model:
     check_option("eddy_sign", eddy_sign, ("corrected", "printed"))
     factor = EDDY[eddy] if eddy_sign == "corrected" else re(EDDY[eddy]) - j * im(EDDY[eddy])
     at = (("omega", omega.symbol),)
+    wound = (*at, ("R", R_0))
     return Model(
         "magnetostrictive_transducer",
         inputs=(f,),
@@ -116,9 +117,9 @@ def build(eddy: str = "exact", eddy_sign: str = "corrected") -> Model:
         ),
         outputs=(Output("Z"), Output("abs_Z"), Output("phase"), Output("k_eff2")),
         ports=(
-            Port("electrical", "electrical_impedance", "Z_e", at),
+            Port("electrical", "electrical_impedance", "Z_e", wound),
             Port("electrical", "inductance", "L_G", at),
-            Port("electrical", "terminals", "Z", at),
+            Port("electrical", "terminals", "Z", wound),
             Port("mechanical", "mechanical_impedance", "Z_t", at),
             Port("mechanical", "stiffness", "K_G", at),
         ),
