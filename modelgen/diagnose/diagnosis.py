@@ -42,6 +42,8 @@ class Ground:
     marks: tuple[Array, ...]
     notes: tuple[str, ...]
     oddity: Leftover | None = None
+    others: tuple[Array, ...] = ()
+    """θ of the base's other optima, not much worse."""
 
 
 def diagnose(
@@ -98,7 +100,7 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
     if not base:
         experiment(model, case, series).problem()  # says in one line what is wrong
     judge = white_judge(series)
-    fit = _fit_base(base[0], judge, seed)
+    fit, others = _fit_base(base[0], judge, seed)
     marks = tuple(outliers_of(fit.hypothesis.experiment, fit.theta, k) for k in range(len(series)))
     oddity, marks = _oddity(model, series, fit.white, marks)
     series = masked(_levelled(_referred(series, fit), fit), marks)
@@ -113,7 +115,7 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
         for s, m in zip(series, marks, strict=True)
         if m.any()
     )
-    return Ground(series, fit, judge, marks, notes, oddity)
+    return Ground(series, fit, judge, marks, notes, oddity, others)
 
 
 def _oddity(
@@ -134,18 +136,35 @@ def _oddity(
     return found, tuple(a | b for a, b in zip(marks, more, strict=True))
 
 
-def _fit_base(h: Hypothesis, judge: Judge, seed: int) -> Fit:
-    """The base from many starts, those of swarms among them where samples are independent.
+def _fit_base(h: Hypothesis, judge: Judge, seed: int) -> tuple[Fit, tuple[Array, ...]]:
+    """The base from many starts, those of swarms among them where samples are independent; and its other
+    optima.
 
     First as if all errors were independent, then under the judge: a smooth error in the covariance hides
-    where a far start is wrong, and a search gets lost.
+    where a far start is wrong, and a search gets lost. A base that lacks an effect may be bent so far that
+    another optimum is the one near the truth.
     """
     plain = Judge(tuple(replace(w, root=None, ar=None) for w in judge.whiteners), judge.prior)
     starts = base_starts(h, seed, 12)
     fits = [plain.fit(h, [start], iterations=150) for start in starts]
     if any(s.measure != "real" for s in h.experiment.series):
         fits += _swarmed(h, plain, fits, starts[0], seed)
-    return judge.fit(h, [_best(fits).theta], iterations=150)
+    ends = [judge.fit(h, [f.theta], iterations=150) for f in _distinct(fits)]
+    first = _best(ends)
+    return first, tuple(f.theta for f in _distinct(ends) if f is not first)[:2]
+
+
+NEAR = 10.0
+"""Optima with so many times the χ² of the best are looked into further."""
+
+
+def _distinct(fits: Sequence[Fit]) -> list[Fit]:
+    """The best, and what is not much worse and elsewhere."""
+    found: list[Fit] = []
+    for f in sorted((f for f in fits if np.isfinite(f.bic)), key=lambda f: f.chi2):
+        if not found or (1 + 1e-3) * found[-1].chi2 + 1.0 < f.chi2 < NEAR * found[0].chi2:
+            found.append(f)
+    return found or list(fits[:1])
 
 
 SWARMS = (1e5, 1e4, 1e3, 30.0, 1e5, 1e4, 1e3, 30.0)
@@ -218,7 +237,7 @@ def set_up(model: Model, case: Case, ground: Ground, catalogue: Sequence[Effect]
     values = [_port_values(e.model, ground.base, k) for k in range(len(ground.series))]
     sizes = {p.equation: port_scale(p, values) for p in model.ports}
     found = additions(model, catalogue, record_scales(model, ground.series), sizes)
-    return Setting(model, case, ground.series, tuple(found))
+    return Setting(model, case, ground.series, tuple(found), ground.others)
 
 
 def _port_values(model: Model, fit: Fit, k: int) -> dict[str, Array]:

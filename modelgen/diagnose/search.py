@@ -16,7 +16,7 @@ from modelgen.diagnose.replica import motion_matters, replicas, undeserved
 from modelgen.diagnose.screen import Score, Tangent, score
 from modelgen.diagnose.setting import ALARM, Outcome, Progress, Setting
 from modelgen.diagnose.smooth_error import smooth_error, with_smooth
-from modelgen.diagnose.swap import swapped
+from modelgen.diagnose.swap import better_of, swapped
 from modelgen.fit.series import Series
 
 WORTH = 0.9
@@ -183,6 +183,12 @@ def _screen(
     tangent = Tangent.of(*judge.tangent(base))
     scores = [score(h, base.hypothesis, base.theta, tangent, judge.whiteners) for h in singles]
     fits = _refit_singles(s, base, judge, scores)
+    for theta in s.others:
+        away = judge.fit(base.hypothesis, [theta])
+        if abs(away.bic - base.bic) > 1.0:
+            tangent = Tangent.of(*judge.tangent(away))
+            there = [score(h, base.hypothesis, away.theta, tangent, judge.whiteners, 1) for h in singles]
+            fits = better_of(fits, _refit_singles(s, away, judge, there))
     gained = {f.hypothesis.key for f in fits if base.bic - f.bic > ALARM}
     return [replace(x, blind=x.blind and x.hypothesis.key not in gained) for x in scores], fits
 

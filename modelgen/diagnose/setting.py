@@ -8,7 +8,7 @@ from math import log
 
 from modelgen.diagnose.hypothesis import Addition
 from modelgen.diagnose.refit import Fit, Judge
-from modelgen.fit.series import Series
+from modelgen.fit.series import Array, Series
 from modelgen.language import Model
 from modelgen.recordings import Case
 
@@ -30,12 +30,13 @@ Progress = Callable[[float, str], None] | None
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """What a search works on."""
+    """What a search works on. others: θ of further optima of the base, which may be nearer to the truth."""
 
     model: Model
     case: Case
     series: tuple[Series, ...]
     additions: tuple[Addition, ...]
+    others: tuple[Array, ...] = ()
     beam: int = 3
     refits: int = 12
     pairs: int = 5

@@ -87,6 +87,13 @@ def _exchanges(
     return fits
 
 
+def better_of(fits: Sequence[Fit], others: Sequence[Fit]) -> list[Fit]:
+    """Of each hypothesis the better fit."""
+    found = {f.hypothesis.key: f for f in fits}
+    _keep(found, others)
+    return list(found.values())
+
+
 @dataclass(frozen=True, eq=False)
 class Promise:
     """χ² that an effect would leave at first order, from θ of the rest with these values of its own."""
