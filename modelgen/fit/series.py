@@ -190,8 +190,8 @@ def make_series(model: Model, case: Case, recording: Recording) -> Series:
             f"recording '{recording.name}': '{found[0]}' is {y[0]:g} throughout and its noise is not stated: "
             f"there is nothing to compare '{model.id}' with"
         )
-    own = 1 / (np.abs(np.atleast_2d(weight)[0]) * np.abs(reference))
-    whitener = Whitener(weight, _calibration_root(model, case, recording, found[0], kind, own))
+    root = _calibration_root(model, case, recording, found[0], kind, weight, reference)
+    whitener = Whitener(weight, root)
     return Series(
         recording.name, recording.role, inputs, np.ascontiguousarray(data), measure, rows, unit, whitener,
         recording.constants, stated, reference, spread,
@@ -278,10 +278,10 @@ def _unwrapped_log(z: Array) -> Array:
 
 
 def _calibration_root(
-    model: Model, case: Case, recording: Recording, output: str, kind: str, own: Array
+    model: Model, case: Case, recording: Recording, output: str, kind: str, weight: Array, reference: Array
 ) -> Array | None:
     """Whitens a smooth relative instrument error, correlated over a length in ln f, and independent noise
-    `own` (n,), relative, too."""
+    1/|`weight`|, relative to `reference` (n,), too."""
     noise = case.noise_of(recording)
     stated = noise.calibration.get(output)
     if stated is None or kind not in ("complex", "modulus"):
@@ -289,6 +289,7 @@ def _calibration_root(
     from scipy.linalg import solve_triangular
 
     # one instrument may err alike in all m sweeps: errors √m as large leave their mean as uncertain as that
+    own = 1 / (np.abs(np.atleast_2d(weight)[0]) * np.abs(reference))
     rms, length = stated[0] * float(np.sqrt(len(case.fit))), stated[1]
     axis = np.log(np.asarray(recording.inputs[model.axis]))
     smooth = np.exp(-0.5 * ((axis[:, None] - axis[None, :]) / length) ** 2)

@@ -90,8 +90,8 @@ def _limits(axes: Axes, y: Array, law: Array | None, log: bool) -> None:
         return
     if log:
         low, high = float(both.min()) / 1.6, float(both.max()) * 1.6
+        axes.set_ylim(low, high)  # first: what lies far off would overflow in a logarithmic axis of its own
         axes.set_yscale("log")
-        axes.set_ylim(low, high)
         log_ticks(axes.yaxis, np.array([low, high]))
         return
     low, high = np.min(both), np.max(both)
