@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import modelgen.models
 from modelgen.diagnose.diagnosis import prepare, set_up
@@ -14,13 +16,13 @@ from modelgen.diagnose.smooth_error import (
     Smooth,
     _deviances,
     _groups,
-    _modes,
     _seen,
     smooth_error,
     with_smooth,
 )
 from modelgen.effects import CATALOGUE
 from modelgen.fit.series import Whitener, signature_of
+from modelgen.fit.together import Together, smooth_modes
 from modelgen.recordings import load_case, read_case_file
 from modelgen.truths import draw, write_case
 
@@ -33,7 +35,7 @@ def _kernel(x: np.ndarray, length: float) -> np.ndarray:
 
 def _dense(x: list[np.ndarray], channels: list[int], shared: bool) -> np.ndarray:
     """The process' covariance over all residuals, of unit size."""
-    modes, size = _modes(x, 0.6), sum(len(s) * c for s, c in zip(x, channels, strict=True))
+    modes, size = smooth_modes(x, 0.6), sum(len(s) * c for s, c in zip(x, channels, strict=True))
     K = np.zeros((size, size))
     for group in _groups([len(s) for s in x], channels, shared):
         B = np.zeros((size, modes[0].shape[1]))
@@ -48,7 +50,7 @@ def test_likelihoods_are_those_of_the_dense_covariance() -> None:
     K = _dense([x], [2], shared=False)
     assert np.allclose(K[:60, :60], _kernel(x, 0.6), atol=0.03)  # interpolated between knots
     r, J = RNG.standard_normal(120), np.linalg.qr(RNG.standard_normal((120, 3)))[0]
-    seen = _seen(_modes([x], 0.6), _groups([60], [2], False), np.ones(120), np.column_stack([r, J]))
+    seen = _seen(smooth_modes([x], 0.6), _groups([60], [2], False), np.ones(120), np.column_stack([r, J]))
     for rms, got in _deviances(r, J, *seen, 120):
         inverse = np.linalg.inv(np.eye(120) + rms**2 * K)
         free = J @ np.linalg.solve(J.T @ inverse @ J, J.T @ inverse @ r)
@@ -70,7 +72,8 @@ def test_the_process_whitens_what_it_makes() -> None:
     w = with_smooth((Whitener(np.ones((1, 60))),), [x], Smooth(2.0, 0.6, shared=False))[0]
     assert w.root is not None
     K = np.eye(60) + 4 * _kernel(x, 0.6)
-    assert np.allclose(w.root @ K @ w.root.T, np.eye(60), atol=1e-9)
+    root = w.root.apply(np.eye(60))
+    assert np.allclose(root @ K @ root.T, np.eye(60), atol=1e-4)
 
 
 @pytest.mark.parametrize(("noise", "found"), [("white", False), ("coloured", True)])
@@ -123,3 +126,21 @@ def test_a_smooth_error_makes_no_model_smaller(tmp_path: Path) -> None:
         base = prepare(model, load_case(file, signature_of(model)), 0).base
         found.append(base.theta[base.hypothesis.experiment.layout.names.index("R_e")] / 6.0 - 1)
     assert abs(np.mean(found)) < 3 * 2e-3 / np.sqrt(5)
+
+
+@given(st.integers(3, 60), st.floats(0.02, 2.0), st.floats(0.1, 30.0))
+@settings(max_examples=30, deadline=None)
+def test_errors_together_are_whitened_by_their_modes(n: int, length: float, rms: float) -> None:
+    """Against the n by n covariance: cov⁻¹ of what is kept, and samples that are masked aren't touched."""
+    lnf = np.log(np.geomspace(20.0, 2e4, n))
+    B = rms * smooth_modes([lnf], length)[0]
+    covariance = np.eye(n) + rms**2 * np.exp(-0.5 * ((lnf[:, None] - lnf[None, :]) / length) ** 2)
+    assert np.allclose(np.eye(n) + B @ B.T, covariance, atol=1e-5 * rms**2)
+    white = Together.of(B).apply(np.eye(n))
+    assert np.allclose(white @ covariance @ white.T, np.eye(n), atol=1e-5 * rms**2)
+    keep = np.where(np.arange(n) == 1, 0.0, 1.0)
+    masked = Together.of(B).weighed(keep).apply(np.eye(n))
+    assert np.array_equal(masked[1], np.eye(n)[1])
+    seen = keep > 0
+    part = np.linalg.inv(covariance[np.ix_(seen, seen)])
+    assert np.allclose((masked.T @ masked)[np.ix_(seen, seen)], part, atol=1e-4 * (1 + rms**2))

@@ -15,6 +15,7 @@ import numpy as np
 from modelgen.diagnose.evidence import Smooth
 from modelgen.diagnose.refit import Fit, Judge
 from modelgen.fit.series import Array, Whitener
+from modelgen.fit.together import Together, smooth_modes
 
 LENGTHS = (0.15, 0.3, 0.6, 1.2)
 """Correlation lengths in ln f that are tried."""
@@ -53,7 +54,7 @@ def smooth_error(judge: Judge, fit: Fit) -> tuple[float, float, Smooth | None]:
     gained, found = 0.0, None  # type: tuple[float, Smooth | None]
     sweeps = [len(x) for x in lnf]
     for length in LENGTHS:
-        modes = _modes(lnf, length)
+        modes = smooth_modes(lnf, length)
         for shared in (False, True) if len(lnf) > 1 else (False,):
             seen = _seen(modes, _groups(sweeps, channels, shared), size, np.column_stack([r, q]))
             for rms, d in _deviances(r, q, *seen, n):
@@ -67,18 +68,6 @@ def _relative(size: Array, w: Whitener) -> Array:
     """(n,) the output over its noise, by its median: 1 for a noise relative to |Z|; 0 where masked."""
     x = np.abs(size) * np.abs(w.weight[0] if w.weight.ndim == 2 else w.weight)
     return np.asarray(x / np.median(x[x > 0]))
-
-
-def _modes(lnf: Sequence[Array], length: float) -> list[Array]:
-    """(n, k) factor of the process' correlation in each sweep: interpolated from knots a third of its length
-    apart."""
-    low, high = min(x.min() for x in lnf), max(x.max() for x in lnf)
-    knots = np.linspace(low, high, int(np.ceil(3 * (high - low) / length)) + 2)
-    K = np.exp(-0.5 * ((knots[:, None] - knots[None, :]) / length) ** 2)
-    values, vectors = np.linalg.eigh(K)
-    keep = values > 1e-6 * values[-1]
-    root = vectors[:, keep] * np.sqrt(values[keep])
-    return [np.stack([np.interp(x, knots, c) for c in root.T], axis=1) for x in lnf]
 
 
 def _groups(sizes: Sequence[int], channels: Sequence[int], shared: bool) -> list[list[tuple[int, slice]]]:
@@ -128,8 +117,16 @@ def with_smooth(whiteners: Sequence[Whitener], lnf: Sequence[Array], found: Smoo
 
     A shared error is √m as large in each of m sweeps, so that their mean is as uncertain."""
     rms = found.rms * (np.sqrt(len(whiteners)) if found.shared else 1.0)
-    out = []
-    for w, x in zip(whiteners, lnf, strict=True):
-        K = np.eye(len(x)) + rms**2 * np.exp(-0.5 * ((x[:, None] - x[None, :]) / found.length) ** 2)
-        out.append(replace(w, ar=None, band=None, undo=None, root=np.linalg.inv(np.linalg.cholesky(K))))
-    return tuple(out)
+    roots = [
+        Together.of(rms * _kept(w)[:, None] * modes)
+        for w, modes in zip(whiteners, smooth_modes(lnf, found.length), strict=True)
+    ]
+    return tuple(
+        replace(w, ar=None, band=None, undo=None, root=r) for w, r in zip(whiteners, roots, strict=True)
+    )
+
+
+def _kept(w: Whitener) -> Array:
+    """(n,) share of each sample's weight that is left: nothing of the process is seen where it is masked."""
+    n = w.weight.shape[-1]
+    return np.ones(n) if w.share is None else w.share

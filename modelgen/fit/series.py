@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from modelgen.errors import InputError
+from modelgen.fit.together import Together, smooth_modes
 from modelgen.language import Model
 from modelgen.recordings import Case, Channel, Recording, Signature
 from modelgen.recordings.case import Noise
@@ -25,20 +26,16 @@ class Whitener:
     """Turns residuals into independent ones of unit variance, as far as the noise is known.
 
     weight: (channels, n) real, or (n,) complex, which multiplies the complex residual (so that a noise that
-    is relative to |Z| is turned into the frame of Z). root: (n, n), applied along the samples: the inverse of
-    a Cholesky factor of the correlation. share: (n,), by which `masked` has lowered the weight. ar:
-    coefficients
-    (1, a1, …) of a whitening filter along the samples; undo: (n,) share that is divided out before it
-    (noise that
-    adds to a coloured one, instead of modulating it); band: (order + 1, n), lower banded Cholesky factor of
-    the
-    covariance of what the filter leaves. smear: (n,) half-widths, in samples, over which the noise that
-    `share`
-    allows for is correlated.
+    is relative to |Z| is turned into the frame of Z). root: errors that the samples have together.
+    share: (n,), by which `masked` has lowered the weight. ar: coefficients (1, a1, …) of a whitening filter
+    along the samples; undo: (n,) share that is divided out before it (noise that adds to a coloured one,
+    instead of modulating it); band: (order + 1, n), lower banded Cholesky factor of the covariance of what
+    the filter leaves. smear: (n,) half-widths, in samples, over which the noise that `share` allows for is
+    correlated.
     """
 
     weight: Array
-    root: Array | None = None
+    root: Together | None = None
     ar: Array | None = None
     share: Array | None = None
     smear: Array | None = None
@@ -54,7 +51,7 @@ class Whitener:
         else:
             white = e * (w if e.ndim == 2 else w[:, None, :])
         if self.root is not None:
-            white = white @ self.root.T
+            white = self.root.apply(white)
         return white if self.ar is None else self.colour(white)
 
     def colour(self, white: Array) -> Array:
@@ -81,12 +78,9 @@ class Whitener:
     def masked(self, keep: Array) -> Whitener:
         """With samples down-weighted by `keep` (n,), 0 … 1: they count as measured with a noise 1/keep as
         large."""
-        if self.root is None:
-            share = keep if self.share is None else keep * self.share
-            return replace(self, weight=self.weight * keep, share=share)
-        inverse = np.linalg.inv(self.root)
-        correlation = inverse @ inverse.T + np.diag(1 / np.maximum(keep, 1e-4) ** 2 - 1)
-        return replace(self, root=np.linalg.inv(np.linalg.cholesky(correlation)))
+        share = keep if self.share is None else keep * self.share
+        root = None if self.root is None else self.root.weighed(keep)
+        return replace(self, weight=self.weight * keep, share=share, root=root)
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,19 +273,15 @@ def _unwrapped_log(z: Array) -> Array:
 
 def _calibration_root(
     model: Model, case: Case, recording: Recording, output: str, kind: str, weight: Array, reference: Array
-) -> Array | None:
+) -> Together | None:
     """Whitens a smooth relative instrument error, correlated over a length in ln f, and independent noise
     1/|`weight`|, relative to `reference` (n,), too."""
     noise = case.noise_of(recording)
     stated = noise.calibration.get(output)
     if stated is None or kind not in ("complex", "modulus"):
         return None
-    from scipy.linalg import solve_triangular
-
     # one instrument may err alike in all m sweeps: errors √m as large leave their mean as uncertain as that
     own = 1 / (np.abs(np.atleast_2d(weight)[0]) * np.abs(reference))
     rms, length = stated[0] * float(np.sqrt(len(case.fit))), stated[1]
-    axis = np.log(np.asarray(recording.inputs[model.axis]))
-    smooth = np.exp(-0.5 * ((axis[:, None] - axis[None, :]) / length) ** 2)
-    correlation = np.eye(len(axis)) + (rms / own[:, None]) * smooth * (rms / own[None, :])
-    return np.asarray(solve_triangular(np.linalg.cholesky(correlation), np.eye(len(axis)), lower=True))
+    lnf = np.log(np.asarray(recording.inputs[model.axis]))
+    return Together.of((rms / own)[:, None] * smooth_modes([lnf], length)[0])
