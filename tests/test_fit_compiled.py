@@ -18,7 +18,10 @@ import modelgen.models as models
 from modelgen.codegen import build
 from modelgen.codegen.fitters import sources
 from modelgen.fit import PSO, GaussNewton, MultiStart, Problem, Reason
-from modelgen.fit.compiled import Compiled, fused
+from modelgen.fit.compiled import Compiled, compiled
+from modelgen.fit.experiment import Layout
+from modelgen.fit.series import Series, Whitener
+from modelgen.fit.together import Together
 
 SIX = ("mu33_re", "mu33_im", "S33_re", "S33_im", "d33_re", "d33_im")
 LOW = np.array([2.0, -0.5, 1e-11, -1e-12, 5e-10, -5e-10])
@@ -35,7 +38,12 @@ def impedance(measure: str = "complex", recordings: int = 1) -> tuple[Problem, C
     data = [r.values(truth, measure) * (1 + 0.01 * rng.normal(size=(1, r.n))) for r in ready]
     weight = [np.full_like(y, 3.0) for y in data]
     place, held = np.tile(np.arange(6), (recordings, 1)), np.zeros((recordings, 6))
-    compiled = fused(ready, [measure] * recordings, data, weight, place, held, 6)
+    layout = Layout(SIX, SIX, (), place, held, ())
+    rows = tuple(range(len(data[0])))
+    series = [
+        Series("", "fit", {}, y, measure, rows, "", Whitener(w)) for y, w in zip(data, weight, strict=True)
+    ]
+    sums = compiled(ready, series, [s.whitener for s in series], layout)
 
     def residual(theta: np.ndarray) -> np.ndarray:
         parts = zip(ready, data, weight, strict=True)
@@ -46,7 +54,55 @@ def impedance(measure: str = "complex", recordings: int = 1) -> tuple[Problem, C
         return residual(theta), np.concatenate(slopes)
 
     problem = Problem(SIX, ("1",) * 6, LOW, HIGH, truth, residual, linearise, n_data=101)
-    return problem, compiled
+    return problem, sums
+
+
+def _colours(n: int) -> dict[str, Whitener]:
+    """Every way of whitening n samples of two channels."""
+    rng = np.random.default_rng(1)
+    even, turn = np.full((2, n), 3.0), 2.0 * np.exp(1j * rng.uniform(0, 6, n))
+    root = Together.of(rng.normal(size=(n, 5)))
+    ar = np.array([1.0, -0.6, 0.2, 0.05])
+    band = rng.uniform(0.05, 0.2, (4, n)) + np.array([[1.0], [0], [0], [0]])
+    share = (rng.uniform(size=n) > 0.1).astype(float)
+    return {
+        "turned": Whitener(turn),
+        "correlated": Whitener(turn, root=root),
+        "coloured": Whitener(even, ar=ar),
+        "one weight for all": Whitener(even[:1], ar=ar, undo=rng.uniform(0.5, 1, n)),
+        "banded, samples masked": Whitener(turn, ar=ar, band=band, share=share),
+    }
+
+
+@pytest.mark.parametrize("colour", _colours(3))
+@pytest.mark.parametrize("rows", [(0, 1), (1, 0)])
+def test_whitening_in_c_is_whitening(colour: str, rows: tuple[int, ...]) -> None:
+    """Residuals, columns and their sums, against `Whitener.apply`; one parameter is held in the first."""
+    function = build(models.magnetostrictive_transducer, SIX)
+    ready = [function.prepare(f=np.linspace(1200, 2200, n)) for n in (61, 40)]
+    truth = ready[0].p[function.free]
+    data = [r.values(truth, "complex")[list(rows)] + 0.3 for r in ready]
+    whiteners = [_colours(r.n)[colour] for r in ready]
+    series = [Series("", "fit", {}, y, "complex", rows, "", w) for y, w in zip(data, whiteners, strict=True)]
+    place, held = np.array([[0, 1, 2, -1, 4, 5], range(6)]), np.full((2, 6), truth[3])
+    sums = compiled(ready, series, whiteners, Layout(SIX, SIX, (), place, held, ()))
+    theta = truth * 1.01
+    r, J = [], []
+    for k, (one, s, w) in enumerate(zip(ready, series, whiteners, strict=True)):
+        out, jac = one.jacobian(np.where(place[k] < 0, held[k], theta), "complex")
+        r.append(w.apply(out[list(rows)] - s.data).ravel())
+        J.append(w.apply(jac[list(rows)]).transpose(0, 2, 1).reshape(-1, 6) * (place[k] >= 0))
+    e, slopes = np.concatenate(r), np.concatenate(J)
+    size = np.linalg.norm(slopes, axis=0)
+    assert sums.residuals(theta) == pytest.approx(e, abs=1e-12 * np.abs(e).max())
+    assert np.allclose(
+        sums.columns(theta, [4, 0]) / size[[4, 0]], slopes[:, [4, 0]] / size[[4, 0]], atol=1e-12
+    )
+    value, g, A = sums.normal(theta)
+    assert value == pytest.approx(e @ e, rel=1e-12)
+    assert sums.values(theta[None]) == pytest.approx([e @ e], rel=1e-12)
+    assert g / size == pytest.approx(slopes.T @ e / size, abs=1e-11 * np.linalg.norm(e))
+    assert A / np.outer(size, size) == pytest.approx(slopes.T @ slopes / np.outer(size, size), abs=1e-11)
 
 
 @pytest.mark.parametrize("measure", ["complex", "modulus"])
@@ -203,11 +259,15 @@ int main(void)
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 def test_the_fitter_stands_alone_in_strict_c(tmp_path: Path) -> None:
     """As on a controller: no allocation, a workspace on the stack, no warning, sanitizers silent."""
-    for name, text in {**sources(), "main.c": MAIN}.items():
+    for name, text in {**sources(), **sources("noise"), "main.c": MAIN}.items():
         (tmp_path / name).write_text(text)
     strict = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
     guards = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-    subprocess.run(["gcc", *strict, *guards, "main.c", "modelgen_fit.c", "-lm"], cwd=tmp_path, check=True)
+    subprocess.run(
+        ["gcc", *strict, *guards, "main.c", "modelgen_fit.c", "modelgen_noise.c", "-lm"],
+        cwd=tmp_path,
+        check=True,
+    )
     done = subprocess.run([str(tmp_path / "a.out")], capture_output=True, text=True, check=True)
     status, a, b = done.stdout.split()
     assert status == "1" and float(a) == pytest.approx(2.5) and float(b) == pytest.approx(1.3)

@@ -1,4 +1,4 @@
-"""The fitters in C (templates/fit.h.j2, fit.c.j2), compiled once and called by address."""
+"""The fitters in C (templates/fit.h.j2, fit.c.j2, noise.c.j2), compiled once and called by address."""
 
 from __future__ import annotations
 
@@ -23,6 +23,24 @@ class Recording(ctypes.Structure):
         *((n, _POINTER) for n in ("normal", "sumsq")),
         *((n, _SIZE) for n in ("n", "stride", "columns", "parameters")),
         *((n, _POINTER) for n in ("work", "p", "data", "weight", "column", "place", "held", "local")),
+    )
+
+
+class Noise(ctypes.Structure):
+    """`mg_noise`."""
+
+    _fields_ = (
+        *((n, _POINTER) for n in ("values", "jacobian", "work")),
+        *((n, _SIZE) for n in ("outputs", "channels", "columns", "parameters")),
+        *((n, _POINTER) for n in ("row", "column")),
+        ("period", _DOUBLE),
+        *((n, _POINTER) for n in ("re", "im")),
+        ("shared", _SIZE),
+        *((n, _POINTER) for n in ("modes", "less", "undo")),
+        ("order", _SIZE),
+        ("ar", _POINTER),
+        ("bands", _SIZE),
+        *((n, _POINTER) for n in ("band", "share", "block")),
     )
 
 
@@ -58,6 +76,8 @@ class Swarm(ctypes.Structure):
 _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "mg_fit_normal": (_DOUBLE, (_POINTER, _SIZE, _SIZE, _POINTER, _POINTER, _POINTER)),
     "mg_fit_values": (None, (_POINTER, _SIZE, _SIZE, _SIZE, _POINTER, _POINTER)),
+    "mg_noise_residuals": (None, (_POINTER, _SIZE, _POINTER, _POINTER)),
+    "mg_noise_columns": (None, (_POINTER, _SIZE, _POINTER, _POINTER, _SIZE, _SIZE, _POINTER)),
     "mg_lm_place": (None, (_POINTER, _SIZE, _POINTER, _POINTER, _POINTER)),
     "mg_lm_begin": (_INT, (_POINTER, _DOUBLE)),
     "mg_lm_propose": (_INT, (_POINTER,)),
@@ -72,16 +92,16 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
 }
 
 
-def sources() -> dict[str, str]:
-    """The C of the fitters: file name → text."""
+def sources(name: str = "fit") -> dict[str, str]:
+    """The C of the fitters (or of "noise", which never leaves the host): file name → text."""
     env = environment()
-    return {f"modelgen_fit.{end}": env.get_template(f"fit.{end}.j2").render() for end in ("h", "c")}
+    return {f"modelgen_{name}.{end}": env.get_template(f"{name}.{end}.j2").render() for end in ("h", "c")}
 
 
 @cache
 def library() -> Any:
     """The compiled fitters. Raises ToolError when there is no compiler."""
-    handle = ctypes.CDLL(str(compile_library(sources(), FAST)))
+    handle = ctypes.CDLL(str(compile_library(sources() | sources("noise"), FAST)))
     for name, (result, arguments) in _SIGNATURES.items():
         function = getattr(handle, name)
         function.restype, function.argtypes = result, arguments

@@ -129,7 +129,10 @@ def _slope(
     if not seen.any():
         return None, {}
     step = np.zeros(len(names))
-    step[seen] = np.linalg.lstsq(rest[:, seen], -tangent.r, rcond=None)[0]
+    if len(names) == 1:
+        step -= (tangent.r @ rest) / size
+    else:
+        step[seen] = np.linalg.lstsq(rest[:, seen], -tangent.r, rcond=None)[0]
     low = np.array([h.experiment.layout.parameters[i].bounds[0] for i in index])
     high = np.array([h.experiment.layout.parameters[i].bounds[1] for i in index])
     null = at[index]
@@ -177,7 +180,7 @@ def _secant(
     """Gain of the finite change that a strength makes, with the base's parameters free to follow."""
     at = h.place(base, theta, point)
     with np.errstate(all="ignore"):
-        white = np.concatenate([w.ravel() for w in h.experiment.whitened(at, whiteners)])
+        white = h.experiment.sums(whiteners).residuals(at)
     change = white - tangent.r
     if not np.all(np.isfinite(change)):
         return None, {}

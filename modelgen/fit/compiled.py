@@ -1,4 +1,5 @@
-"""A least-squares problem evaluated, and fitted, in C: fused kernels on recordings with independent noise."""
+"""A least-squares problem evaluated, and fitted, in C: fused kernels where noise is independent, else a
+model's own and a whitener."""
 
 from __future__ import annotations
 
@@ -6,13 +7,18 @@ import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from modelgen.codegen.fitters import Descent, Recording, address, library
 from modelgen.codegen.function import Prepared
 from modelgen.fit.pool import cores, share, slices
+from modelgen.fit.recorded import Recorded
+from modelgen.fit.series import Series, Whitener
+
+if TYPE_CHECKING:
+    from modelgen.fit.experiment import Layout
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -31,35 +37,10 @@ class Ends(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Fused:
-    """One recording for the fused kernels. data, weight: (channels, stride), zero behind the last sample.
-
-    place: position of each column in θ, −1 where the value in `held` stands.
-    """
-
-    prepared: Prepared
-    measure: str
-    data: Array
-    weight: Array
-    place: Array
-    held: Array
-
-    def table(self, local: Array) -> Recording:
-        """The C structure; arrays stay ours."""
-        f, ready = self.prepared.function, self.prepared
-        called = (f.code.addresses[f"{k}_{self.measure}"] for k in ("normal", "sumsq"))
-        kernels = (ctypes.cast(c, ctypes.c_void_p) for c in called)
-        arrays = (ready.work, ready.p, self.data, self.weight, f.free, self.place, self.held, local)
-        return Recording(
-            *kernels, ready.n, ready.stride, len(f.wrt), len(ready.p), *(address(a) for a in arrays)
-        )
-
-
-@dataclass(frozen=True, eq=False)
 class Compiled:
     """Sums of squares and normal equations of whole problems, `size` parameters, in one call each."""
 
-    recordings: tuple[Fused, ...]
+    recordings: tuple[Recorded, ...]
     size: int
 
     @cached_property
@@ -68,22 +49,50 @@ class Compiled:
         return sum(r.prepared.n for r in self.recordings)
 
     @cached_property
-    def _tables(self) -> tuple[Any, int]:
-        rows, room = [], 0
-        for r in self.recordings:
-            columns = len(r.prepared.function.wrt)
-            room = max(room, len(r.prepared.p) + (columns + 1) * (columns + 2) // 2)
-            rows.append(r.table(r.held))
-        return (Recording * len(rows))(*rows), room
+    def _room(self) -> int:
+        """Numbers that a recording's parameters and sums take."""
+        columns = [(len(r.prepared.p), len(r.prepared.function.wrt)) for r in self.recordings]
+        return max(p + (c + 1) * (c + 2) // 2 for p, c in columns)
 
-    def tables(self) -> tuple[Any, Array]:
-        """Recordings with memory of their own to work in, and that memory: one for each run that goes on."""
-        base, room = self._tables
-        own, local = (Recording * len(base))(), np.zeros(room)
+    @cached_property
+    def _fused(self) -> Any:
+        return (Recording * len(self.recordings))(*(r.table(r.held, r.fused) for r in self.recordings))
+
+    @cached_property
+    def _apart(self) -> Any:
+        return (Recording * len(self.recordings))(*(r.table(r.held, False) for r in self.recordings))
+
+    def tables(self, apart: bool = False) -> tuple[Any, Any]:
+        """Recordings with memory of their own to work in, and what to keep meanwhile: one for each run that
+        goes on. apart: none of them sums by itself."""
+        base = self._apart if apart else self._fused
+        own, local = (Recording * len(base))(), np.zeros(self._room)
         ctypes.memmove(own, base, ctypes.sizeof(base))
-        for r in own:
-            r.local = address(local)
-        return own, local
+        block = np.empty(max((r.room for r in self.recordings if apart or not r.fused), default=0))
+        kept: list[Any] = [local, block]
+        for row, r in zip(own, self.recordings, strict=True):
+            row.local = address(local)
+            if apart or not r.fused:
+                kept.append(r.begun(row, block))
+        return own, kept
+
+    def residuals(self, theta: Array) -> Array:
+        """Whitened residuals (N,), recording by recording, in each channel by channel."""
+        (table, keep), theta = self.tables(apart=True), np.ascontiguousarray(theta, dtype=float)
+        found = np.empty(sum(r.size for r in self.recordings))
+        library().mg_noise_residuals(ctypes.addressof(table), len(table), address(theta), address(found))
+        del keep
+        return found
+
+    def columns(self, theta: Array, wanted: Sequence[int]) -> Array:
+        """The columns `wanted` of their Jacobian, (N, len(wanted)), each in one piece."""
+        (table, keep), theta = self.tables(apart=True), np.ascontiguousarray(theta, dtype=float)
+        which = np.array(wanted, dtype=np.int64)
+        found = np.empty((len(which), sum(r.size for r in self.recordings)))
+        at = (ctypes.addressof(table), len(table), address(theta), address(which), *found.shape)
+        library().mg_noise_columns(*at, address(found))
+        del keep
+        return found.T
 
     def values(self, thetas: Array, threads: int | None = None) -> Array:
         """r·r at each row of θ (m, p); +inf where it is not finite."""
@@ -144,16 +153,21 @@ class Compiled:
         return Compiled(tuple(moved), self.size - 1)
 
 
-def fused(
-    prepared: Sequence[Prepared], measures: Sequence[str], data: Sequence[Array], weight: Sequence[Array],
-    place: Array, held: Array, size: int,
-) -> Compiled:  # fmt: skip
-    """Put recordings together; data and weight (channels, n) each, place and held (recordings, columns)."""
-    parts = zip(prepared, measures, data, weight, place, held, strict=True)
-    return Compiled(
-        tuple(
-            Fused(r, m, r.pad(y), r.pad(w), np.ascontiguousarray(p, dtype=np.int64), np.ascontiguousarray(h))
-            for r, m, y, w, p, h in parts
-        ),
-        size,
-    )
+def compiled(
+    prepared: Sequence[Prepared], series: Sequence[Series], whiteners: Sequence[Whitener], layout: Layout
+) -> Compiled:
+    """The sums of an experiment: fused where noise is independent, all channels are measured, and the model
+    has the kernels."""
+    found = []
+    for ready, s, w, place, held in zip(prepared, series, whiteners, layout.place, layout.held, strict=True):
+        there = {f"sumsq_{s.measure}", f"normal_{s.measure}"} <= set(ready.code.addresses)
+        whole = tuple(s.rows) == tuple(range(ready.code.channels(s.measure)))
+        weight = np.abs(np.broadcast_to(w.weight, s.data.shape))
+        found.append(
+            Recorded(
+                ready, s.measure, ready.pad(s.data), ready.pad(weight), w, np.array(s.rows, dtype=np.uintp),
+                np.ascontiguousarray(place, dtype=np.int64), np.ascontiguousarray(held),
+                fused=there and whole and w.root is None and w.ar is None,
+            )
+        )  # fmt: skip
+    return Compiled(tuple(found), len(layout.names))

@@ -11,7 +11,7 @@ import numpy as np
 
 from modelgen.codegen.function import Function, Prepared
 from modelgen.errors import InputError
-from modelgen.fit.compiled import Compiled, fused
+from modelgen.fit.compiled import Compiled, compiled
 from modelgen.fit.problem import Problem
 from modelgen.fit.series import Array, Series, Whitener
 from modelgen.language import Model, Parameter
@@ -130,55 +130,36 @@ class Experiment:
 
     def whitened(self, theta: Array, whiteners: Sequence[Whitener] | None = None) -> list[Array]:
         """Whitened residuals, recording by recording, (channels, n) each."""
-        w = whiteners or [s.whitener for s in self.series]
-        return [w[k].apply(self.raw(theta, k)) for k in range(len(self.series))]
+        shapes = [s.data.shape for s in self.series]
+        ends = np.cumsum([rows * n for rows, n in shapes])[:-1]
+        parts = np.split(self.sums(whiteners).residuals(theta), ends)
+        return [e.reshape(shape) for e, shape in zip(parts, shapes, strict=True)]
 
     def linearised(self, theta: Array, whiteners: Sequence[Whitener] | None = None) -> tuple[Array, Array]:
         """Whitened residual (N,) and Jacobian (N, len(theta)) over all recordings."""
-        size = len(self.layout.names)
-        rs, js = [], []
-        for k, s in enumerate(self.series):
-            out, jac = self.prepared[k].jacobian(self.local(theta, k), s.measure)
-            rows = list(s.rows)
-            w = whiteners[k] if whiteners else s.whitener
-            rs.append(w.apply(_difference(out[rows], s)).ravel())
-            white = w.apply(jac[rows])  # (channels, wrt, n)
-            full = np.zeros((white.shape[0], white.shape[2], size))
-            moves = np.flatnonzero(self.layout.place[k] >= 0)
-            full[:, :, self.layout.place[k][moves]] = white[:, moves].transpose(0, 2, 1)
-            js.append(full.reshape(-1, size))
-        return np.concatenate(rs), np.concatenate(js)
+        sums = self.sums(whiteners)
+        return sums.residuals(theta), sums.columns(theta, range(sums.size))
 
     def columns(self, theta: Array, wanted: Sequence[int], whiteners: Sequence[Whitener]) -> Array:
         """The columns `wanted` of the whitened Jacobian alone, (N, len(wanted))."""
-        js = []
-        for k, (s, w) in enumerate(zip(self.series, whiteners, strict=True)):
-            _, jac = self.prepared[k].jacobian(self.local(theta, k), s.measure)
-            moves = [np.flatnonzero(self.layout.place[k] == i) for i in wanted]
-            there = [c for c, m in enumerate(moves) if m.size]
-            full = np.zeros((len(s.rows), s.data.shape[1], len(wanted)))
-            if there:
-                part = np.ascontiguousarray(jac[list(s.rows)][:, [int(moves[c][0]) for c in there]])
-                full[:, :, there] = w.apply(part).transpose(0, 2, 1)
-            js.append(full.reshape(-1, len(wanted)))
-        return np.concatenate(js)
+        return self.sums(whiteners).columns(theta, wanted)
 
     def normal(self, theta: Array, whiteners: Sequence[Whitener] | None = None) -> tuple[float, Array, Array]:
         """r·r, Jᵀr (p,) and JᵀJ (p, p) of the whitened residual, without the whole Jacobian."""
-        size = len(self.layout.names)
-        total, g, A = 0.0, np.zeros(size), np.zeros((size, size))
-        for k, s in enumerate(self.series):
-            out, jac = self.prepared[k].jacobian(self.local(theta, k), s.measure)
-            rows = list(s.rows)
-            w = whiteners[k] if whiteners else s.whitener
-            r, white = w.apply(_difference(out[rows], s)), w.apply(jac[rows])
-            moves = np.flatnonzero(self.layout.place[k] >= 0)
-            at = self.layout.place[k][moves]  # each entry of θ once
-            j = white[:, moves].transpose(1, 0, 2).reshape(len(moves), -1)
-            total += float(np.vdot(r, r))
-            g[at] += j @ r.ravel()
-            A[at[:, None], at] += j @ j.T
-        return total, g, A
+        return self.sums(whiteners).normal(theta)
+
+    def sums(self, whiteners: Sequence[Whitener] | None = None) -> Compiled:
+        """Residuals and their sums in C, under these whiteners; those of the last ones asked for are kept."""
+        used = tuple(whiteners or (s.whitener for s in self.series))
+        key = tuple(id(w) for w in used)
+        if key not in self._kept:
+            self._kept.clear()
+            self._kept[key] = compiled(self.prepared, self.series, used, self.layout)
+        return self._kept[key]
+
+    @cached_property
+    def _kept(self) -> dict[tuple[int, ...], Compiled]:
+        return {}
 
     def problem(
         self,
@@ -190,7 +171,7 @@ class Experiment:
         from modelgen.fit.conditions import inequalities
 
         p = self.layout.parameters
-        compiled = self._compiled(whiteners)
+        sums = self.sums(whiteners)
         begin = [np.nan if q.default is None else q.default for q in p] if start is None else start
         low, high = np.array([q.bounds[0] for q in p]), np.array([q.bounds[1] for q in p])
         return Problem(
@@ -198,9 +179,9 @@ class Experiment:
             np.array(begin) if start is None else np.clip(begin, low, high),
             residual=lambda t: np.concatenate([w.ravel() for w in self.whitened(t, whiteners)]),
             linearise=lambda t: self.linearised(t, whiteners),
-            normal=compiled.normal if compiled else lambda t: self.normal(t, whiteners),
-            objective_batch=compiled.values if compiled else None,
-            compiled=compiled,
+            normal=sums.normal,
+            objective_batch=sums.values,
+            compiled=sums,
             segments=self._segments(whiteners),
             constraints=inequalities(self) if constrained else (),
             n_data=sum(s.data.size for s in self.series),
@@ -214,22 +195,6 @@ class Experiment:
         from modelgen.fit.segments import segments
 
         return lambda count: segments(self, count, whiteners)
-
-    def _compiled(self, whiteners: Sequence[Whitener] | None) -> Compiled | None:
-        """The sums in C, where the noise is independent and all channels are measured."""
-        chosen = whiteners or [s.whitener for s in self.series]
-        for s, w in zip(self.series, chosen, strict=True):
-            kernels = {f"sumsq_{s.measure}", f"normal_{s.measure}"}
-            there = kernels <= set(self.function.code.addresses)
-            whole = len(s.rows) == self.function.code.channels(s.measure)
-            if w.root is not None or w.ar is not None or not (there and whole):
-                return None
-        weights = [w.weight for w in chosen]
-        weights = [np.stack([np.abs(w)] * 2) if np.iscomplexobj(w) else w for w in weights]
-        return fused(
-            self.prepared, [s.measure for s in self.series], [s.data for s in self.series], weights,
-            self.layout.place, self.layout.held, len(self.layout.names),
-        )  # fmt: skip
 
 
 def _difference(out: Array, s: Series) -> Array:

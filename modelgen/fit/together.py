@@ -35,8 +35,12 @@ class Together:
 
     def apply(self, e: Array) -> Array:
         """(1 + B Bᵀ)^(−1/2) e along the last axis (n); the same shape back."""
-        less = 1 - 1 / np.sqrt(1 + self.size)
-        return np.asarray(e - ((e @ self.modes) * less) @ self.modes.T)
+        return np.asarray(e - ((e @ self.modes) * self.less) @ self.modes.T)
+
+    @property
+    def less(self) -> Array:
+        """(k,) the part that is taken away along each mode."""
+        return np.asarray(1 - 1 / np.sqrt(1 + self.size))
 
     def weighed(self, keep: Array) -> Together:
         """Where samples count with a weight lower by `keep` (n,): what is common counts less, too."""
