@@ -396,3 +396,13 @@ def test_scores():
     )
     after = score(pair, {**_verdict("inertia"), "fit": {"after": {"holdout_rms_over_noise": 1.1}}})
     assert after["holdout_chi2"] == pytest.approx(1.21)
+
+
+def test_a_port_is_right_where_the_effect_acts() -> None:
+    """Of an impedance, heat changes the winding; elsewhere it changes a stiffness."""
+    said = {"effects": [{"id": "temperature_drift", "port": "electrical", "equivalents": []}]}
+    by_domain = {
+        d: truths.score(truths.draw(3, domain=d, effect="temperature_drift", ratio=3.0), said)["port"]
+        for d in ("impedance", "stiffness")
+    }
+    assert by_domain == {"impedance": True, "stiffness": False}

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .secret import Secret, family, port
+from .secret import Secret, family, ports
 
 # Laws that stand between the catalogue's effects: any of these names is right.
 ALSO: dict[str, tuple[str, ...]] = {
@@ -70,7 +70,7 @@ def score(secret: Secret, verdict: Mapping[str, Any]) -> dict[str, Any]:
             "named": name in ids,
             "family": family(name) in families,
             "in_set": bool(stated & ids),
-            "port": _port_right(first, right),
+            "port": _port_right(first, right, secret.domain),
             "set_size": len(stated),
             "claimed": first.get("probability"),
         }
@@ -87,12 +87,12 @@ def score(secret: Secret, verdict: Mapping[str, Any]) -> dict[str, Any]:
     return marks
 
 
-def _port_right(first: Mapping[str, Any], right: Mapping[str, set[str]]) -> bool:
+def _port_right(first: Mapping[str, Any], right: Mapping[str, set[str]], domain: str) -> bool:
     """Whether the port's name speaks of the right kind of place; where it says nothing, the id decides."""
     said = str(first.get("port", "")).lower()
-    kinds = {port(e) for e in right}
+    kinds = set().union(*(ports(e, domain) for e in right))
     hits = {k for k, words in PORT_WORDS.items() if any(w in said for w in words)}
-    return bool(hits & kinds) if hits else port(str(first.get("id", ""))) in kinds
+    return bool(hits & kinds) if hits else bool(ports(str(first.get("id", "")), domain) & kinds)
 
 
 def _holdout(verdict: Mapping[str, Any]) -> float | None:

@@ -123,6 +123,13 @@ def family(effect: str) -> str:
     return next((name for name, members in FAMILIES.items() if effect in members), effect)
 
 
-def port(effect: str) -> str:
-    """Where an effect acts: "electrical", "channel" or "mechanical"."""
-    return next((name for name, members in PORTS.items() if effect in members), "mechanical")
+def ports(effect: str, domain: str) -> set[str]:
+    """Where an effect acts: "electrical", "channel" or "mechanical".
+
+    Of an impedance, what drifts with the temperature is the winding, and a channel is that of the terminals,
+    which may be called electrical.
+    """
+    found = {next((name for name, members in PORTS.items() if effect in members), "mechanical")}
+    if domain in ("impedance", "gmm") and (effect == "temperature_drift" or found == {"channel"}):
+        found = {"electrical"} | (found & {"channel"})
+    return found
