@@ -7,7 +7,7 @@ import hashlib
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import sympy as sp
@@ -69,6 +69,12 @@ class Port:
 
     def __getitem__(self, key: str) -> Any:
         return dict(self.variables)[key]
+
+
+@lru_cache(maxsize=4096)
+def _text(expr: sp.Basic) -> str:
+    """The whole expression; models that share equations ask for it again and again."""
+    return str(sp.srepr(expr))
 
 
 @dataclass(frozen=True)
@@ -158,7 +164,7 @@ class Model:
             parts.append(
                 f"{s.name}:{s.unit}:{s.ref}:"
                 + ";".join(
-                    sp.srepr(sp.sympify(getattr(s, k))) if getattr(s, k) is not None else "-"
+                    _text(sp.sympify(getattr(s, k))) if getattr(s, k) is not None else "-"
                     for k in keys[type(s)]
                 )
             )
