@@ -250,6 +250,16 @@ def test_logarithmic_creep_ladder() -> None:
     assert np.abs(ladder(lambda arms: arms.logarithm(), x) - np.log(1j * x)).max() < 0.013
 
 
+@pytest.mark.parametrize(("alpha", "error"), [(0.3, 2e-3), (0.6, 5e-3), (0.75, 0.03)])
+def test_relaxing_springpot_ladder_has_cole_and_coles_response(alpha: float, error: float) -> None:
+    x = np.geomspace(0.1, 1e3, 200)
+    exact = 1 / (1 + (1j * x * 0.05) ** -alpha)
+    off = ladder(lambda arms: arms.relaxation(sp.Float(alpha), sp.Float(0.05)), x) - exact
+    A = np.stack([np.ones_like(x), 1j * x], axis=1)  # the spring and the dashpot that the model has itself
+    both = np.concatenate([A.real, A.imag]), np.concatenate([off.real, off.imag])
+    assert np.abs(both[1] - both[0] @ np.linalg.lstsq(*both, rcond=None)[0]).max() < error
+
+
 def test_springpot_in_time_creeps_by_its_power() -> None:
     """Ramp and hold: D^α z = V (t^(1−α) − (t − T)^(1−α))/Γ(2 − α), exact for z linear between samples."""
     t = np.concatenate([np.linspace(0, 1, 101), np.geomspace(1.01, 300, 200)])
@@ -275,6 +285,26 @@ def test_maxwell_branch_in_time() -> None:
         atol=1e-11,
     ).y[0]
     assert np.abs(F - 0.7 * q).max() < 1e-4
+
+
+def test_a_maxwell_branch_may_have_moved_before_the_record() -> None:
+    t, tau, omega = np.linspace(0, 3, 3001), 0.4, 2 * np.pi
+    motion = record(t, lambda x: np.sin(omega * x + 0.7))
+    steady = 0.7 * np.imag(1j * omega * tau / (1 + 1j * omega * tau) * np.exp(1j * (omega * t + 0.7)))
+    F = force(find("maxwell_branch", "force"), motion, k=0.7, tau=tau, past=1 / omega**2)
+    assert np.abs(F - steady).max() < 1e-4
+
+
+def test_friction_that_relaxes() -> None:
+    t, d = np.linspace(0, 4, 2001), 1e-6
+
+    def slope(x: float, r: Array) -> Array:
+        v = (wobble(np.array(x + d)) - wobble(np.array(x - d))) / (2 * d)
+        return 1.5 * (v - np.abs(v) * r) - 3.0 * r
+
+    F = force(find("maxwell_branch", "friction"), record(t, wobble), {"h_D": 0.4}, lambda_r=3.0)
+    r = solve_ivp(slope, (0, 4), [0.0], t_eval=t, rtol=1e-8, atol=1e-10, max_step=0.01).y[0]
+    assert np.abs(F - 0.4 * r).max() < 1e-4
 
 
 def test_hysteretic_losses_do_not_depend_on_rate() -> None:
@@ -305,6 +335,9 @@ def test_swinging_mass_is_the_second_mode() -> None:
 # -- paths ---------------------------------------------------------------------------------------------------
 
 
+GAPS = (0.06, 0.08, 0.1, 0.12, 0.14)
+
+
 def test_play_of_a_linkage() -> None:
     t, g = np.linspace(0, 4, 2001), 0.15
     motion = record(t, wobble)
@@ -317,6 +350,9 @@ def test_play_of_a_linkage() -> None:
         lag = min(max(lag - (b - a), -g), g)
         p.append(b + lag)
     assert np.abs(F - np.array(p)[::100]).max() < 1e-5
+    one = {k: np.array(force(find("backlash", "displacement", "g"), motion, {"k_D": 1.0}, g=k)) for k in GAPS}
+    F = force(find("backlash", "displacement", "g_m"), motion, {"k_D": 1.0}, g_m=0.1, w=0.5)
+    assert np.allclose(F, np.mean(list(one.values()), axis=0), atol=1e-12)
     gap = force(find("backlash", "displacement", "g_0"), motion, {"k_D": 1.0}, g_0=g)
     assert np.allclose(gap, np.sign(motion["z"]) * np.maximum(np.abs(motion["z"]) - g, 0), atol=1e-12)
 
@@ -353,6 +389,9 @@ def test_payne_softening_follows_the_amplitude() -> None:
     A = np.where(t < 3, 1.0, 0.3)
     steady = ((t > 1) & (t < 2.4)) | ((t > 4) & (t < 5))
     assert np.allclose(F[steady], (motion["z"] / (1 + (A / 0.5) ** KRAUS))[steady], atol=5e-3)
+    F = force(find("payne_softening", "spring", "k_n"), motion, k_n=1.0, A_n=0.5, n=2.0, tau=0.3)
+    followed = np.where(t < 3, 1.0, 0.3 + 0.7 * np.exp(-np.clip(t - 3, 0, None) / 0.3))
+    assert np.allclose(F[120:1100], (motion["z"] / (1 + (followed / 0.5) ** 2))[120:1100], atol=0.03)
 
 
 def test_stress_softening_by_path_and_by_peak() -> None:
@@ -380,6 +419,8 @@ def test_friction_falls_with_speed_and_stops_push_one_way() -> None:
     assert np.allclose(F, plain * (1 + 0.5 * np.exp(-np.abs(v) / 2)))
     F = force(find("end_stop", "force", "k_upper"), motion, k_upper=3.0, z_upper=0.5)
     assert np.allclose(F, 3 * np.maximum(z - 0.5, 0))
+    F = force(find("end_stop", "force", "H_upper"), motion, H_upper=3.0, c_upper=0.5)
+    assert np.allclose(F, 3 * np.maximum(z - 0.5, 0) ** 1.5)
     F = force(find("end_stop", "force", "k_lower"), motion, k_lower=3.0, z_lower=-0.5)
     assert np.allclose(F, -3 * np.maximum(-0.5 - z, 0))
     F = force(find("magnetic_pull", "force", "P_upper"), motion, P_upper=0.2, g_upper=3.0)

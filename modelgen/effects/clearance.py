@@ -1,12 +1,13 @@
 """Play and stops: displacement that gets lost on its way, contacts that close."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values, add, at_start, unit_of
-from modelgen.language import Abs, Equation, Max, Model, Piecewise, Port, State, sign
+from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, add, at_start, unit_of
+from modelgen.language import Abs, Equation, Max, Model, Parameter, Piecewise, Port, State, Statement, sign
 
 MOTION = ("z", "v", "z_prev", "z_turn")
 
@@ -38,13 +39,43 @@ def _within(x: Any, g: Any) -> Any:
     return Piecewise((g, x > g), (-g, x < -g), (x, True))
 
 
-def _backlash(model: Model, port: Port, p: Values) -> Model:
-    """Spring, friction and dashpot behind the play."""
-    return _play(model, port, p["g"], "backlash", dashpot=True)
+AWAY = Parameter(
+    "backlash_away",
+    "1",
+    0.0,
+    (0.0, 2.0),
+    "how far from touch the driven side is at the first sample, over half the play: 1 in the middle",
+)
 
 
-def _play(model: Model, port: Port, g: Any, name: str, dashpot: bool) -> Model:
-    z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
+def _play(*gaps: Callable[[Values], Any], name: str, dashpot: bool = True) -> Apply:
+    """Spring and friction behind the mean of plays with half the gaps ±g; the dashpot moves with those in
+    touch, or is driven all the same."""
+
+    def apply(model: Model, port: Port, p: Values) -> Model:
+        z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
+        names = [name] if len(gaps) == 1 else [f"{name}_{k}" for k in range(len(gaps))]
+        plays = [_lagging(model, port, n, g(p)) for n, g in zip(names, gaps, strict=True)]
+        model = model.with_parameters(AWAY)
+        turn, before, lag, touching = (sum(x) / len(gaps) for x in zip(*(q.says for q in plays), strict=True))
+        between = tuple(s for q in plays for s in q.statements)
+        motion = {"z": z + lag, "v": v * touching if dashpot else v}
+        return moved(model, port, between, motion | {"z_prev": z_prev + before, "z_turn": z_turn + turn})
+
+    return apply
+
+
+@dataclass(frozen=True)
+class _Lagging:
+    """One play: its statements; its lag where the driving side turns, before and now, and 1 where it
+    touches."""
+
+    statements: tuple[Statement, ...]
+    says: tuple[Any, Any, Any, Any]
+
+
+def _lagging(model: Model, port: Port, name: str, g: Any) -> _Lagging:
+    z, _, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
     unit = unit_of(model, port["z"])
     lag = Symbol(f"{name}_lag", real=True)  # of the driven side behind the driving one, within ±g
 
@@ -57,14 +88,13 @@ def _play(model: Model, port: Port, g: Any, name: str, dashpot: bool) -> Model:
     before = Equation(f"{name}_before", lag, unit, text="lag at the sample before")
     state = State(
         lag.name,
-        -g * sign(at_start(model, port["v"])),  # in touch from the start
+        (AWAY - 1) * g * sign(at_start(model, port["v"])),
         play(turn.symbol, z - z_turn),
         unit=unit,
         text="lag of the driven side",
     )
-    touching = Piecewise((1, Abs(lag) >= g), (0, True)) if dashpot else 1
-    motion = {"z": z + lag, "v": v * touching, "z_prev": z_prev + before, "z_turn": z_turn + turn}
-    return moved(model, port, (turn, before, state), motion)
+    touching = Piecewise((1, Abs(lag) >= g), (0, True))
+    return _Lagging((turn, before, state), (turn.symbol, before.symbol, lag, touching))
 
 
 backlash = Effect(
@@ -73,8 +103,9 @@ backlash = Effect(
     "the linkage has play: after each reversal the drive crosses the gap before anything follows",
     "M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis (1989), sec. 1.2: play operator",
     (Strength("g", "{z}", text="half of the play", scale="displacement", low=0.01, high=0.3),),
-    _backlash,
+    _play(lambda p: p["g"], name="backlash"),
     needs=MOTION,
+    secant=True,
 )
 
 
@@ -84,8 +115,9 @@ loose_spring = Effect(
     "the linkage of spring and friction has play; the dashpot is driven all the same",
     backlash.source,
     (Strength("g_s", "{z}", text="half of the play", scale="displacement", low=0.01, high=0.3),),
-    lambda model, port, p: _play(model, port, p["g_s"], "loose", dashpot=False),
+    _play(lambda p: p["g_s"], name="loose", dashpot=False),
     needs=MOTION,
+    secant=True,
     common=0.5,
 )
 
@@ -123,4 +155,42 @@ def _stop(side: int) -> Effect:
     )
 
 
-EFFECTS = (backlash, loose_spring, dead_zone, _stop(1), _stop(-1))
+def _round_stop(side: int) -> Effect:
+    end = "upper" if side > 0 else "lower"
+    return replace(
+        _stop(side),
+        says=f"beyond a certain displacement a round stop at the {end} end comes into contact: its force "
+        f"grows with the power 3/2 of the way beyond",
+        source="H. Hertz, J. reine angew. Math. 92 (1882) 156; K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. "
+        "42 (1975) 440",
+        strengths=(Strength(f"H_{end}", "{port}/{z}**1.5", text="Hertz' constant of the contact"),),
+        apply=add(lambda at, p: side * p[f"H_{end}"] * Max(0, side * (at["z"] - p[f"c_{end}"])) ** 1.5),
+        shapes=(replace(_stop(side).shapes[0], name=f"c_{end}"),),
+    )
+
+
+SPREAD = (-0.8, -0.4, 0.0, 0.4, 0.8)
+"""The middles of five equal parts of a uniform distribution, over its half width."""
+
+
+def _gap(x: float) -> Callable[[Values], Any]:
+    return lambda p: p["g_m"] * (1 + x * p["w"])
+
+
+gradual_backlash = Effect(
+    "backlash",
+    ("displacement",),
+    "the linkage has play that is taken up gradually, as that of several fits with gaps of their own",
+    "L. Prandtl, Z. angew. Math. Mech. 8 (1928) 85; M. Brokate, J. Sprekels, Hysteresis and Phase "
+    "Transitions (1996), sec. 2.4: Prandtl–Ishlinskii operator, its plays spread evenly over g_m(1 ± w)",
+    (Strength("g_m", "{z}", text="half of the mean play", scale="displacement", low=0.01, high=0.3),),
+    _play(*(_gap(x) for x in SPREAD), name="gradual"),
+    (Shape("w", "1", "1", 0.2, 1.0, 2, log=False, text="half width of the distribution over its mean"),),
+    needs=MOTION,
+    secant=True,
+    common=0.5,
+)
+
+EFFECTS = (
+    backlash, loose_spring, dead_zone, gradual_backlash, _stop(1), _stop(-1), _round_stop(1), _round_stop(-1)
+)  # fmt: skip

@@ -5,7 +5,7 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values
-from modelgen.language import Model, Parameter, Port, State, exp
+from modelgen.language import Model, Parameter, Port, State, cos, exp, pi, sin
 
 ANY = (-float("inf"), float("inf"))
 WARMS = "the stiffness changes in the course of the record, as the sample warms up"
@@ -33,6 +33,34 @@ offset_drift = Effect(
     lambda model, port, p: _settling("offset_drift", model, port, p, lambda F, s: F + p["d"] * s),
     (SETTLES,),
     needs=("t",),
+)
+
+
+def _wandering(model: Model, port: Port, p: Values) -> Model:
+    start = State(
+        "wander_t_0", port["t"], Symbol("wander_t_0", real=True), unit="s", text="time of the first sample"
+    )
+    x = 2 * pi * (port["t"] - start) / p["T"]
+    waves = sum(p[f"s_{n}"] * sin(n * x) + p[f"c_{n}"] * (1 - cos(n * x)) for n in WAVES)
+    return model.extend(port.equation, lambda F: F + waves, statements=(start,))
+
+
+WAVES = (1, 2)
+
+wandering_zero = Effect(
+    "offset_drift",
+    ("force",),
+    "the zero point of the force wanders in the course of the record, in waves no shorter than half of it",
+    "Fourier series beyond the record's length: J. P. Boyd, J. Comput. Phys. 178 (2002) 118",
+    tuple(
+        Strength(f"{part}_{n}", "{port}", bounds=ANY, text=f"wave {n}, its {name}")
+        for n in WAVES
+        for part, name in (("s", "sine"), ("c", "one minus its cosine"))
+    ),
+    _wandering,
+    (Shape("T", "s", "duration", 1.0, 3.0, 3, text="period of the longest wave"),),
+    needs=("t",),
+    common=0.5,
 )
 
 temperature_drift = Effect(
@@ -99,4 +127,4 @@ spring_warming = Effect(
     common=0.5,
 )
 
-EFFECTS = (offset_drift, temperature_drift, coil_warming, spring_warming)
+EFFECTS = (offset_drift, wandering_zero, temperature_drift, coil_warming, spring_warming)

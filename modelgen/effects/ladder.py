@@ -15,7 +15,7 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.effect import unit_of
-from modelgen.language import Equation, Model, Parameter, Port, State, exp, expm1, log, pi, sin
+from modelgen.language import Equation, Model, Parameter, Port, State, cos, exp, expm1, log, pi, sin
 
 ARMS = 14
 STEP = 1.5
@@ -102,6 +102,18 @@ class Ladder:
         )
         total += below * (self.port["z"] - self.rest) + (ends[0] - ends[1]) / top * self.port["v"]
         return self.step * total
+
+    def relaxation(self, alpha: Any, tau: Any) -> Any:
+        """x/(1 + x) z with x = (jωτ)^α, by its spectrum over ln s: sin πα/π / ((sτ)^α + (sτ)^−α + 2 cos πα).
+
+        The rule errs by some 2 e^(−2π² (1/α − 1)/STEP), 3 % at α = 3/4. What lies beyond the ladder is a
+        spring and a dashpot.
+        """
+        total = 0
+        for i in range(self.count):
+            x = (self.rate * number_exp(self.step * i) * tau) ** alpha
+            total += self.stretch(i) / (x + 1 / x + 2 * cos(pi * alpha))
+        return self.step * sin(pi * alpha) / pi * total
 
     def add(self, force: Any, text: str) -> Model:
         """The model with the arms and their `force` at the port."""

@@ -3,7 +3,7 @@
 from sympy import Symbol
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, at_start, unit_of
-from modelgen.language import Abs, Input, Max, Model, Port, State, amplitude_of, exp
+from modelgen.language import Abs, Input, Max, Model, Port, State, amplitude_of, exp, quadrature_of, sqrt
 
 PAYNE = "A. R. Payne, J. Appl. Polym. Sci. 6 (1962) 57; G. Kraus, Appl. Polym. Symp. 39 (1984) 75"
 KRAUS = 1.6  # 2m in Kraus' law: 1.1 to 1.2 for carbon black, 2 in the form that is often used
@@ -31,6 +31,44 @@ payne_softening = Effect(
     _payne,
     (Shape("A_c", "{z}", "displacement", 0.1, 2.0, 6, text="amplitude that takes half of it"),),
     needs=("z",),
+)
+
+
+def _payne_followed(model: Model, port: Port, p: Values) -> Model:
+    """a' = (√(z² + ẑ²) − a)/τ with z a quarter of a cycle later, ẑ; exact for an amplitude that is constant
+    between samples."""
+    moved = moved_input(model)
+    late, name = quadrature_of(moved), "payne_softening_a"
+    now = sqrt(moved.symbol**2 + late.symbol**2)
+    kept = exp(-(port["t"] - port["t_prev"]) / p["tau"])
+    a = State(
+        name,
+        now,
+        now + (Symbol(name, real=True) - now) * kept,
+        unit=moved.unit,
+        text="amplitude felt",
+    )
+    softer = p["k_n"] / (1 + Max(a.symbol / p["A_n"], SLIGHT) ** p["n"])
+    return model.extend(port.equation, lambda k: k + softer, statements=(a,), inputs=(late,))
+
+
+SLIGHT = 1e-6  # of A_n: the power's derivative by n stays finite at rest
+
+payne_followed = Effect(
+    "payne_softening",
+    ("spring",),
+    "the stiffness falls with the amplitude of the motion, which the network of filler follows in its own "
+    "time",
+    PAYNE + "; A. Lion, Int. J. Plasticity 14 (1998) 945: the network's own relaxation",
+    (Strength("k_n", "{port}", text="stiffness that large amplitudes take away"),),
+    _payne_followed,
+    (
+        Shape("A_n", "{z}", "displacement", 0.1, 2.0, 4, text="amplitude that takes half of it"),
+        Shape("n", "1", "1", 1.0, 2.2, 2, log=False, text="Kraus' exponent 2m"),
+        Shape("tau", "s", "time", 1.0, 0.1, 3, text="time in which the network follows"),
+    ),
+    needs=("z", "t", "t_prev"),
+    common=0.5,
 )
 
 payne_in_a_cycle = Effect(
@@ -85,4 +123,4 @@ softening_by_peak = Effect(
     needs=("z",),
 )
 
-EFFECTS = (payne_softening, payne_in_a_cycle, stress_softening, softening_by_peak)
+EFFECTS = (payne_softening, payne_followed, payne_in_a_cycle, stress_softening, softening_by_peak)

@@ -63,4 +63,28 @@ stribeck_slip = Effect(
     needs=("v", "r"),
 )
 
-EFFECTS = (stribeck_slip,)
+
+def _relaxing(model: Model, port: Port, p: Values) -> Model:
+    """ṙ = ρ(v − |v| r) − λ r: half of the relaxation before each step of slip and half after it (Strang)."""
+    state = port["r"].name
+    half = exp(-p["lambda_r"] * (port["t"] - port["t_prev"]) / 2)
+    model = _carried(model, state, half)
+    s = model[state]
+    assert isinstance(s, State)
+    relaxed = replace(s, update=s.update * half)
+    return replace(model, statements=tuple(relaxed if x.name == state else x for x in model.statements))
+
+
+relaxing_friction = Effect(
+    "maxwell_branch",
+    ("friction",),
+    "the friction's contacts creep: what they carry relaxes with one time constant, so that slow motion "
+    "meets less of it",
+    "K. C. Valanis, Arch. Mech. 23 (1971) 517: intrinsic time of path and clock; G. Strang, SIAM J. "
+    "Numer. Anal. 5 (1968) 506",
+    (Strength("lambda_r", "1/s", text="relaxation rate of the friction"),),
+    _relaxing,
+    needs=("r", "t", "t_prev"),
+)
+
+EFFECTS = (stribeck_slip, relaxing_friction)

@@ -3,19 +3,22 @@
 In time, memories with many relaxation times are ladders of Maxwell arms (see `ladder`).
 """
 
+from dataclasses import replace
+
 from modelgen.effects.effect import (
     Effect,
     Shape,
     Strength,
     Values,
     add_stiffness,
+    at_start,
     change,
     unit_of,
     unit_omega,
 )
 from modelgen.effects.ladder import MEMORY, Ladder, arm, z_rest
 from modelgen.effects.softening import moved_input
-from modelgen.language import Model, Port, j, log, pi, powj, quadrature_of, sign
+from modelgen.language import Model, Parameter, Port, j, log, pi, powj, quadrature_of, sign
 
 SPRING = ("stiffness", "mechanical_impedance")
 ALPHA = Shape("alpha", "1", "1", 0.03, 0.97, 7, log=False, text="0 for a spring, 1 for a dashpot")
@@ -130,10 +133,24 @@ power_law_force = Effect(
 )
 
 
+PAST = Parameter(
+    "maxwell_branch_past",
+    "s**2",
+    0.0,
+    (0.0, float("inf")),
+    "1/ω² of a steady motion before the record; 0: the sample rested",
+)
+
+
 def _maxwell_force(model: Model, port: Port, p: Values) -> Model:
+    """Before the record the sample rested, or moved steadily at some ω: the foot is at Re(Z/(1 + jωτ)) then,
+    with z = Re Z and v = Re jωZ at the first sample."""
     rest = z_rest(unit_of(model, port["z"]))
+    z, v = (at_start(model, port[k]) for k in ("z", "v"))
+    foot = rest + (z - rest - p["tau"] * v) * PAST / (PAST + p["tau"] ** 2)
     state = arm("maxwell_branch_z", (port["t"] - port["t_prev"]) / p["tau"], port, rest)
-    return model.with_parameters(rest).extend(
+    state = replace(state, initial=foot)
+    return model.with_parameters(rest, PAST).extend(
         port.equation, lambda F: F + p["k"] * (port["z"] - state), statements=(state,)
     )
 
@@ -164,6 +181,26 @@ log_creep_force = Effect(
     _log_creep_force,
     needs=MEMORY,
     common=2.0,
+)
+
+
+def _relaxing_springpot_force(model: Model, port: Port, p: Values) -> Model:
+    arms = Ladder("relaxing_springpot", unit_omega(model), port)
+    return arms.add(p["C_1"] * arms.relaxation(p["alpha_1"], p["tau"]), "force of the relaxing springpot")
+
+
+relaxing_springpot_force = Effect(
+    "power_law_viscoelasticity",
+    ("force",),
+    relaxing_springpot.says,
+    relaxing_springpot.source + "; K. S. Cole, R. H. Cole, J. Chem. Phys. 9 (1941) 341",
+    (Strength("C_1", "{port}/{z}", text="stiffness of the branch at high frequency"),),
+    _relaxing_springpot_force,
+    (
+        Shape("alpha_1", "1", "1", 0.2, 0.75, 2, log=False, text="spread of its relaxation times: none at 1"),
+        Shape("tau", "s", "time", 0.3, 1.0, 6, text="relaxation time"),
+    ),
+    needs=MEMORY,
 )
 
 structural_spring = Effect(
@@ -199,5 +236,5 @@ EFFECTS = (
     structural_quadrature,
     power_law_viscoelasticity, log_creep,
     relaxing_springpot, maxwell_branch, structural_damping,
-    power_law_force, maxwell_force, log_creep_force, structural_spring,
+    power_law_force, maxwell_force, log_creep_force, relaxing_springpot_force, structural_spring,
 )  # fmt: skip
