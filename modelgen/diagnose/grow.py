@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from modelgen.diagnose.evidence import effective
 from modelgen.diagnose.hypothesis import Addition, make_hypotheses
 from modelgen.diagnose.refit import Fit, Judge
 from modelgen.diagnose.screen import Score, Tangent, score
 from modelgen.diagnose.setting import ALARM, Setting
 
 SLACK = 1.5
-"""A refit may gain this many times what the score promised at first order."""
+"""A refit may gain this many times the evidence that the score promised at first order."""
 COMPANIONS = 4
 """Families whose best single effects are tried beside each hypothesis of the beam."""
 
@@ -38,8 +41,13 @@ def grow(
         if g.other is not None:
             own = dict(zip(g.fit.hypothesis.names, g.fit.theta, strict=True))
             starts.append(h.place(g.other.hypothesis, g.other.theta, _only(own, g.fit)))
-        fits.append(judge.fit(h, starts))
+        fits.append(judge.fit(h, starts, worth=np.inf if s.cheap else _worth(g.fit, judge)))
     return fits
+
+
+def _worth(f: Fit, judge: Judge) -> float:
+    """χ² below which an effect beside f may still be claimed: half of what that takes is there."""
+    return f.chi2 * float(np.exp(-0.5 * ALARM * judge.temper / effective(f.white)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +77,7 @@ def _promising(
             # what the base's residual hides may lie elsewhere: beside the best fit all shapes are tried
             points = None if k == 0 and s.cheap else points_of(x)
             again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 2, points)
-            reach = f.bic - SLACK * again.gain - beam[0].bic
+            reach = f.bic - SLACK * _evidence(again.gain, f, judge) - beam[0].bic
             if again.starts and reach < -ALARM:
                 tried = (*(v for _, v in again.starts), *(v for _, v in x.starts[:2]))
                 wanted.append((reach, Grown(f, x.addition, tried)))
@@ -80,6 +88,12 @@ def _promising(
         if key not in chosen and len(chosen) < s.pairs * (2 if len(g.fit.ids) == 1 else 1):
             chosen[key] = g
     return chosen
+
+
+def _evidence(gain: float, f: Fit, judge: Judge) -> float:
+    """What a fall of f's χ² by `gain` is in BIC: far from the data that is its logarithm."""
+    left = max(f.chi2 - gain, 1e-9 * f.chi2)
+    return effective(f.white) / judge.temper * float(np.log(f.chi2 / left))
 
 
 def points_of(x: Score) -> list[dict[str, float]]:

@@ -16,6 +16,10 @@ from modelgen.fit.series import Array, Whitener
 
 SPRINT = 12
 """Steps after which descents from several starts are compared."""
+LONG = 100
+SETTLED, FINE = 1e-6, 1e-8
+"""Relative decrease of r·r in a step at which descents end in records of thousands of samples; elsewhere, and
+those of LONG steps or more."""
 AHEAD = 1.2
 """Those within this factor of the best one's r·r go on."""
 
@@ -64,22 +68,25 @@ class Judge:
     excess: Mapping[frozenset[tuple[str, str, int]], float] = field(default_factory=dict)
     smooth: Smooth | None = None
 
-    def fit(self, h: Hypothesis, starts: Iterable[Array], iterations: int = 60) -> Fit:
-        """The best of local fits from `starts`; of several, those go on that a few steps have brought far."""
+    def fit(self, h: Hypothesis, starts: Iterable[Array], iterations: int = 60, worth: float = np.inf) -> Fit:
+        """The best of local fits from `starts`; of several, those go on that a few steps have brought far,
+        and none that is not below `worth` (r·r) by then."""
         begun = [np.asarray(x) for x in starts]
         running = [x for x in begun if np.all(np.isfinite(x))]
-        if len(running) > 1 and iterations > SPRINT:
+        ends: list[tuple[float, Array]] = []
+        if (len(running) > 1 or worth < np.inf) and iterations > SPRINT:
             ends = sorted(self._descents(h, running, SPRINT), key=lambda e: e[0])
             running = [
                 x for k, (value, x) in enumerate(ends)
-                if value <= AHEAD * ends[0][0] and (k == 0 or value > (1 + 1e-6) * ends[k - 1][0])
+                if value <= min(AHEAD * ends[0][0], worth) and (k == 0 or value > (1 + 1e-6) * ends[k - 1][0])
             ]  # fmt: skip
-        ends = self._descents(h, running, iterations)
+        ends = self._descents(h, running, iterations) or ends
         return self.look(h, min(ends, key=lambda e: e[0])[1] if ends else begun[0])
 
     def _descents(self, h: Hypothesis, starts: Sequence[Array], iterations: int) -> list[tuple[float, Array]]:
         """(r·r, θ) where descents from `starts` end; those that fail are left out."""
-        local = GaussNewton(max_iter=iterations, tol=1e-8)
+        loose = h.experiment.model.is_time_model and iterations < LONG
+        local = GaussNewton(max_iter=iterations, tol=SETTLED if loose else FINE)
         ends = []
         for start in starts:
             with np.errstate(all="ignore"):

@@ -10,13 +10,14 @@ import numpy as np
 from modelgen.diagnose.evidence import levels
 from modelgen.diagnose.grow import grow
 from modelgen.diagnose.hypothesis import Addition, Hypothesis, make_hypotheses
-from modelgen.diagnose.recolour import judged_anew, own_colour, recolour, recolour_pairs
-from modelgen.diagnose.refit import Fit, Judge, plain_white
+from modelgen.diagnose.recolour import gross, judged_anew, own_colour, recolour, recolour_pairs
+from modelgen.diagnose.refit import Fit, Judge, base_starts, plain_white
 from modelgen.diagnose.replica import motion_matters, replicas, undeserved
 from modelgen.diagnose.screen import Score, Tangent, score
 from modelgen.diagnose.setting import ALARM, Outcome, Progress, Setting
 from modelgen.diagnose.smooth_error import smooth_error, with_smooth
 from modelgen.diagnose.swap import better_of, swapped
+from modelgen.fit.experiment import initial_parameters
 from modelgen.fit.series import Series
 
 WORTH = 0.9
@@ -27,6 +28,8 @@ MOSTLY = 0.25
 """Share of the evidence that coloured noise must leave, or it may be that."""
 FAR = 2.3
 """Residuals this many times the noise are looked into further, although no single effect explains them."""
+ASIDE = (0.97, 1.0, 1.03)
+"""Factors of a strength between which descents have kinks to overcome."""
 MOST = 3
 """Effects in one verdict."""
 
@@ -74,6 +77,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
             best = min([best, *(f for f in grown if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
             grown = [f for f in grown if len(f.ids) == depth]
         winner = min([best, *grown], key=lambda f: f.bic)
+        best = _from_there(judge, best, winner)
         if winner is not best and _gains(s, judge, base, best, winner):
             best = winner
         elif not _hidden(s, judge, best, winner, depth):
@@ -202,14 +206,47 @@ def _from_singles(judge: Judge, base: Fit, singles: Sequence[Fit]) -> Fit:
     return judge.fit(base.hypothesis, starts, iterations=150)
 
 
+def _from_there(judge: Judge, best: Fit, winner: Fit) -> Fit:
+    """`best` fitted again from where a `winner` that holds it has taken its parameters: for the same
+    reason."""
+    if not best.hypothesis.key < winner.hypothesis.key or not best.ids:
+        return best
+    start = winner.hypothesis.values_of(winner.theta, best.hypothesis)
+    return min(best, judge.fit(best.hypothesis, [start]), key=lambda f: f.bic)
+
+
 def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score]) -> list[Fit]:
     """Fits of the most promising single effects (all, where that is cheap)."""
     seen = sorted((x for x in scores if x.starts), key=lambda x: -x.gain)
     count = len(seen) if s.cheap else s.refits
+    # a base far from the data may be bent too far for a way back: from its defaults, too
+    defaults = base_starts(base.hypothesis, 0, 1) if gross(s, plain_white(base)) else []
     fits = []
     for k, x in enumerate(seen[:count]):
-        starts = x.starts if k < 12 else x.starts[:1]
-        fits.append(
-            judge.fit(x.hypothesis, [x.hypothesis.place(base.hypothesis, base.theta, v) for _, v in starts])
-        )
-    return fits
+        places = [(base.theta, v) for _, v in (x.starts if k < 12 else x.starts[:1])]
+        places += [(theta, x.starts[0][1]) for theta in defaults]
+        starts = [x.hypothesis.place(base.hypothesis, theta, v) for theta, v in places]
+        fits.append(judge.fit(x.hypothesis, starts))
+    fits.sort(key=lambda f: f.bic)
+    return [_unhooked(judge, f) if k < s.beam else f for k, f in enumerate(fits)]
+
+
+def _unhooked(judge: Judge, f: Fit) -> Fit:
+    """A fit of an effect with kinks, which hold descents up, from beside where it ended: with other
+    strengths, and with the states before the record as they were at first."""
+    kinked = [n for a in f.hypothesis.added if a.effect.secant for n in a.strengths]
+    if not kinked:
+        return f
+    e = f.hypothesis.experiment
+    at = [f.hypothesis.names.index(n) for n in kinked]
+    own = [k for k, n in enumerate(f.hypothesis.names) if n.split("[")[0] in initial_parameters(e.model)]
+    reset = f.theta.copy()
+    for k in own:
+        default = e.layout.parameters[k].default
+        reset[k] = reset[k] if default is None else default
+    starts = [f.theta]
+    for theta in (f.theta, reset):
+        for by in ASIDE:
+            starts.append(theta.copy())
+            starts[-1][at] *= by
+    return judge.fit(f.hypothesis, starts)
