@@ -58,20 +58,21 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
         ]
         if not any(f.hypothesis is best.hypothesis for f in rivals):
             rivals.append(best)
-        w = weights(rivals)
+        w = np.maximum(weights(rivals), [_likelihood(outcome, f) * _as_wrong(outcome, f) for f in rivals])
+        w /= w.sum()
         by_id: dict[str, float] = {}
         close: dict[str, float] = {}
         for f, x in zip(rivals, w, strict=True):
             other = next(b for b in f.hypothesis.added if b.key not in rest)
             by_id[other.id] = by_id.get(other.id, 0.0) + float(x)
-            if f.bic - best.bic < CLOSE:
+            if f.bic - best.bic < CLOSE or _as_wrong(outcome, f):
                 close[other.id] = min(close.get(other.id, np.inf), f.bic)
         for i, f in others.get(a.key, ()):
             close[i] = min(close.get(i, np.inf), best.bic + _price(f, best))
         equivalents = tuple(sorted((i for i in close if i != a.id), key=lambda i: close[i]))
         elsewise = tuple({id(f): f for _, f in others.get(a.key, ())}.values())
         mine = next(float(x) for f, x in zip(rivals, w, strict=True) if f.hypothesis is best.hypothesis)
-        odds = mine * sum(float(np.exp(-_price(f, best) / (2 * TEMPER))) for f in elsewise)
+        odds = mine * sum(_likelihood(outcome, f) for f in elsewise)
         probability = by_id[a.id] / (1 + odds) * (1 - OUTSIDE) ** len(best.ids)
         found.append(Standing(a, probability, equivalents, _share(outcome, a), elsewise))
     return tuple(sorted(found, key=lambda x: -x.share))
@@ -92,7 +93,13 @@ def _elsewise(outcome: Outcome) -> dict[Key, list[tuple[str, Fit]]]:
     for f in outcome.tried:
         ours, theirs = best.hypothesis.key, f.hypothesis.key
         single = len(f.ids) == len(best.ids) and len(ours & theirs) == len(ours) - 1
-        if f.ids and not single and not ours <= theirs and not theirs <= ours and _price(f, best) < CLOSE:
+        if (
+            f.ids
+            and not single
+            and not ours <= theirs
+            and not theirs <= ours
+            and (_price(f, best) < CLOSE or _as_wrong(outcome, f))
+        ):
             tied.append(f)
     found: dict[Key, list[tuple[str, Fit]]] = {}
     for f in sorted(tied, key=lambda f: _price(f, best))[:FEW]:
@@ -103,6 +110,24 @@ def _elsewise(outcome: Outcome) -> dict[Key, list[tuple[str, Fit]]]:
                 near = [a for a in gone if a.port.name == b.port.name]
                 found.setdefault((alike or near or gone)[0].key, []).append((b.id, f))
     return found
+
+
+WRONG = 1.5
+"""Where even the best hypothesis leaves far more than noise, none is true: those whose residual is at most so
+many times as large are no worse an account."""
+
+
+def _as_wrong(outcome: Outcome, f: Fit) -> bool:
+    """Whether `f`, with as many effects, is as good an account of recordings that none accounts for."""
+    best = outcome.best
+    return outcome.judge.temper > 1.0 and len(f.ids) == len(best.ids) and f.chi2 < WRONG**2 * best.chi2
+
+
+def _likelihood(outcome: Outcome, f: Fit) -> float:
+    """Of `f`, over that of the best hypothesis."""
+    if _as_wrong(outcome, f):
+        return float(outcome.best.chi2 / f.chi2)
+    return float(np.exp(-_price(f, outcome.best) / (2 * TEMPER)))
 
 
 def _price(f: Fit, best: Fit) -> float:
