@@ -41,8 +41,10 @@ CROWDED = 0.35
 def saturation(
     series: Sequence[Series], white: Sequence[Array], marks: Sequence[Array]
 ) -> tuple[Leftover | None, list[Array]]:
-    """A plateau at one end of a record, which the model has not; and the samples on it beside those of
-    `marks`."""
+    """A plateau at an end of a record, which the model has not; and the samples on it, and on others like it
+    in all records, beside those of `marks`."""
+    says, gain = "", 0.0
+    more = [m.copy() for m in marks]
     for k, (s, e, m) in enumerate(zip(series, white, marks, strict=True)):
         for side in (1.0, -1.0):
             end = _cut(s, e[0], m, side)
@@ -50,12 +52,13 @@ def saturation(
             if end is None:
                 continue
             level = float(np.median(s.data[0][end]))
-            gain = float(np.sum(e[0][end] ** 2))
-            says = f"the record does not go beyond {level:.4g} {s.unit}: its sensor or amplifier saturates"
-            more = [x.copy() for x in marks]
+            says = (
+                says
+                or f"the record does not go beyond {level:.4g} {s.unit}: its sensor or amplifier saturates"
+            )
+            gain += float(np.sum(e[0][end] ** 2))
             more[k][end] = True
-            return Leftover(gain, gain, "force", says), more
-    return None, list(marks)
+    return (Leftover(gain, gain, "force", says) if says else None), more
 
 
 def _cut(s: Series, e: Array, marks: Array, side: float) -> Array | None:
