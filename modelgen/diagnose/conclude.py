@@ -78,9 +78,7 @@ def conclude(
         unit=setting.series[0].unit,
         extended_model=path,
         seconds=time.perf_counter() - begun,
-        summary=_summary(
-            setting, findings, held.before.fit_over_noise, held.after.fit_over_noise, gate, _spare(best)
-        ),
+        summary=_summary(setting, findings, held, gate, _spare(best)),
         trials=_trials(outcome),
         traces=shown,
         curve=port_curve(setting, outcome, best, sensitivities, port),
@@ -184,15 +182,13 @@ def _spare(fit: Fit) -> int:
     return effective(fit.white) - fit.parameters
 
 
-def _summary(
-    setting: Setting, findings: Sequence[Finding], before: float, after: float, gate: Gate, spare: int
-) -> str:
-    model = setting.model.id
+def _summary(setting: Setting, findings: Sequence[Finding], held: Held, gate: Gate, spare: int) -> str:
+    model, before, after = setting.model.id, held.before.fit_over_noise, held.after.fit_over_noise
     if not findings and spare < FEW:
         return f"{model} can't be judged: {max(spare, 0)} values more than parameters tell nothing."
     if not findings:
         left = f"what is left is {after:.2f} times the noise, and looks like it"
-        return f"{model} explains the recordings: {left}."
+        return f"{model} explains the recordings: {left}.{_but(setting, held, gate)}"
     if gate.unknown:
         says = gate.leftover.says or "the residual is not noise"
         told = f"{model} leaves {before:.3g} times the noise, which no catalogued effect explains: {says}."
@@ -209,6 +205,23 @@ def _summary(
         else f" {findings[0].says[0].upper() + findings[0].says[1:]}."
     )
     return first + second
+
+
+MISSED = 1.5
+"""A hold-out is missed when it lies this many times the noise from the model."""
+
+
+def _but(setting: Setting, held: Held, gate: Gate) -> str:
+    """What is odd all the same: a stated noise that is wrong by far, a hold-out that is missed."""
+    odd = ""
+    if all(s.stated for s in setting.series) and not 0.5 < gate.scale < 2.0:
+        odd += f" That is {gate.scale:.2g} times the noise that is stated."
+    if (out := held.after.holdout_over_noise or 0.0) > MISSED:
+        odd += (
+            f" But it misses the held-out recordings by {out:.2g} times the noise: beyond what "
+            "was fitted it is not to be trusted."
+        )
+    return odd
 
 
 def _extended(

@@ -12,9 +12,9 @@ from modelgen.diagnose.describe import described
 from modelgen.diagnose.generic import Leftover, leftover
 from modelgen.diagnose.oddities import lone
 from modelgen.diagnose.ranking import OUTSIDE
-from modelgen.diagnose.recolour import GROSS_ESTIMATED
+from modelgen.diagnose.recolour import GROSS_ESTIMATED, beyond, own_colour
 from modelgen.diagnose.refit import Fit, plain_white
-from modelgen.diagnose.setting import ALARM, Outcome, Setting
+from modelgen.diagnose.setting import ALARM, CLOSE, Outcome, Setting
 from modelgen.diagnose.unlisted import best_unlisted, cheaper, with_rivals
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
@@ -35,8 +35,8 @@ evidence."""
 CREDIBLE = 1.35
 """A stated noise is believed when the best hypothesis leaves 1/CREDIBLE to CREDIBLE times as much."""
 GROSS = 2.3
-"""A residual this many times the stated noise is not noise, whatever it looks like: a factor of two is soon
-forgotten, more is not."""
+"""A residual this many times the stated noise is not noise: a factor of two is soon forgotten, more is
+not, unless neighbours scatter as much."""
 
 
 @dataclass(frozen=True)
@@ -68,13 +68,14 @@ def judge_adequacy(
     many = plain[0].shape[1] >= 8
     scatter = float(np.mean([local_scatter(x) ** 2 for e in plain for x in e])) if many else 1.0
     stated = all(s.stated for s in setting.series)
-    gross = many and not _smooth(setting, outcome) and np.sqrt(after) > (GROSS if stated else GROSS_ESTIMATED)
+    limit = GROSS * beyond(np.sqrt(scatter)) if stated else GROSS_ESTIMATED
+    gross = many and not _smooth(setting, outcome) and np.sqrt(after) > limit
     left = leftover(setting.model, outcome.judge, best, sensitivities)
     far = left.gain > LEFT or gross or outcome.judge.temper > 1.0
     floor = _floor(after, scatter, sum(e.size for e in plain), stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
     unknown = _unexplained(outcome, left, gross, explained)
-    rival = cheaper(outcome)
+    rival = _described(setting, outcome)
     other = None if unknown else _imitated(setting, outcome, sensitivities) or _line(outcome)
     notes: tuple[str, ...] = ()
     if other is None and oddity is not None and not unknown:
@@ -104,6 +105,16 @@ def modelled(setting: Setting, outcome: Outcome, gate: Gate) -> Gate:
     if other is None or outcome.base.bic - other.bic < ALARM or (terms is not None and terms.bic < other.bic):
         return replace(gate, fit=terms)
     return replace(gate, fit=other, leftover=_leftover(outcome, other, gate.leftover.gain))
+
+
+def _described(setting: Setting, outcome: Outcome) -> tuple[Fit, float] | None:
+    """What no catalogue holds but explains more than the named effects, coloured noise of its own beside
+    each: that has peaks, too."""
+    rival = cheaper(outcome)
+    if rival is None:
+        return None
+    best, other = (own_colour(setting, outcome.judge, f) for f in (outcome.best, rival[0]))
+    return rival if best - other > CLOSE else None
 
 
 def _leftover(outcome: Outcome, fit: Fit, gain: float) -> Leftover:

@@ -16,6 +16,7 @@ import numpy as np
 from modelgen.diagnose.evidence import effective, settled
 from modelgen.diagnose.refit import Fit, Judge
 from modelgen.diagnose.screen import Tangent
+from modelgen.diagnose.setting import COLOUR_SWEEP, COLOUR_TIME
 from modelgen.fit.colour import coloured
 from modelgen.fit.series import Array, Whitener
 from modelgen.language import Model
@@ -95,7 +96,10 @@ def _in_frequency(
             pair = [k - k % 2, k - k % 2 + 1]
             chosen += [c for c in pair if c not in chosen]
             price = 2.0 * count * np.log(len(places))
-            gain, chi2, _ = _gain(tangent, columns[:, chosen], n, price)
+            gain, chi2, left = _gain(tangent, columns[:, chosen], n, price)
+            if gain > max(best.gain, CHECKED):  # coloured noise has peaks, too
+                own = _own_colours(judge.whiteners, fit.white, left, COLOUR_SWEEP)
+                gain = min(gain, own - len(chosen) * float(np.log(n)) - price)
             if gain > best.gain:
                 at = tuple(places[c // 2] for c in chosen[::2])
                 where = ", ".join(f"{f0:.4g}" for f0, _ in at)
@@ -189,25 +193,29 @@ def _best_of(
     tried = [(*_gain(tangent, columns[:, c], n, price), len(c)) for c in sets]
     best = max(range(len(tried)), key=lambda k: tried[k][0])
     gain, chi2, rest, count = tried[best]
-    if gain > 10.0:
-        gain = min(gain, _own_colours(whiteners, white, rest) - count * float(np.log(n)) - price)
+    if gain > CHECKED:
+        gain = min(gain, _own_colours(whiteners, white, rest, COLOUR_TIME) - count * float(np.log(n)) - price)
     return Leftover(float(gain), chi2, port, says, (group, best))
 
 
-def _own_colours(whiteners: Sequence[Whitener], white: Sequence[Array], rest: Array) -> float:
+CHECKED = 10.0
+"""ΔBIC from which a gain is checked with colours of their own."""
+
+
+def _own_colours(whiteners: Sequence[Whitener], white: Sequence[Array], rest: Array, order: int) -> float:
     """2 Δ ln L of a residual `white` against what is left of it (`rest`, joined), each with a colour of its
-    own."""
+    own, up to `order`."""
     total, at = 0.0, 0
     for w, x in zip(whiteners, white, strict=True):
         y = rest[at : at + x.size].reshape(x.shape)
         at += x.size
         parts = []
         for z in (x, y):
-            own = coloured([w], [z], 12)[0]
+            own = coloured([replace(w, ar=None)], [z], order)[0]
             used = own.colour(z)[z != 0]
-            order = 0 if own.ar is None else len(own.ar) - 1
+            taken = 0 if own.ar is None else len(own.ar) - 1
             parts.append(
-                used.size * float(np.log(np.mean(used**2))) + order * float(np.log(max(used.size, 2)))
+                used.size * float(np.log(np.mean(used**2))) + taken * float(np.log(max(used.size, 2)))
             )
         total += parts[0] - parts[1]
     return total

@@ -13,6 +13,7 @@ from modelgen.diagnose.refit import Fit, Judge, refine
 from modelgen.diagnose.setting import Setting
 from modelgen.diagnose.smooth_error import SIZES, smooth_error
 from modelgen.fit.colour import coloured
+from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
 
 GROSS_STATED, GROSS_ESTIMATED = 3.0, 8.0
@@ -110,6 +111,18 @@ def gross(s: Setting, white: Sequence[Array]) -> bool:
     """Whether the best hypothesis leaves far more than noise."""
     for x, e in zip(s.series, white, strict=True):
         used = e[e != 0]
-        if used.size and float(np.sqrt(np.mean(used**2))) > (GROSS_STATED if x.stated else GROSS_ESTIMATED):
+        rough = float(np.median([local_scatter(channel) for channel in e]))
+        limit = GROSS_STATED * beyond(rough) if x.stated else GROSS_ESTIMATED
+        if used.size and float(np.sqrt(np.mean(used**2))) > limit:
             return True
     return False
+
+
+AS_ROUGH = 1.35
+"""Residuals up to this many times the scatter between their neighbours are as rough as independent noise."""
+
+
+def beyond(scatter: float) -> float:
+    """Factor on what counts as far from a stated noise, where neighbours scatter `scatter` times as much:
+    physics doesn't, so it is what was stated that is wrong."""
+    return max(1.0, scatter / AS_ROUGH)

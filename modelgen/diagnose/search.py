@@ -122,7 +122,8 @@ def _concluded(
     chosen = base
     for size in range(1, len(best.ids) + 1):
         first = min((f for f in fits if len(f.ids) == size), key=lambda f: f.bic)
-        if chosen.bic - first.bic > ALARM * (size - len(chosen.ids)):
+        alarm = ALARM * (size - len(chosen.ids))
+        if chosen.bic - first.bic > alarm and _own_gain(s, judge, chosen, first) > alarm:
             chosen = first
     return Outcome(judge, base, chosen, tuple(fits), blind)
 
@@ -170,11 +171,16 @@ def _gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     undeserved = judge.excess.get(new.hypothesis.key, 0.0) - judge.excess.get(old.hypothesis.key, 0.0)
     if old.bic - new.bic < alarm + max(0.0, undeserved) + IMPERFECT * max(0.0, base.bic - old.bic):
         return False
-    own = own_colour(s, judge, old) - own_colour(s, judge, new)
+    own = _own_gain(s, judge, old, new)
     if s.model.is_time_model or len(old.ids) != 1:
         return own > alarm
     # a second effect in sweeps is smooth, as coloured noise is: where it may be mostly that, more is asked
     return own > (2 * alarm if own < MOSTLY * (old.bic - new.bic) else 0.0)
+
+
+def _own_gain(s: Setting, judge: Judge, old: Fit, new: Fit) -> float:
+    """What `new` gains on `old`, each with its own colour of noise."""
+    return own_colour(s, judge, old) - own_colour(s, judge, new)
 
 
 def _screen(

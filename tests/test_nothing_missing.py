@@ -1,0 +1,62 @@
+"""Sweeps of a moving coil that lacks nothing, in noise that is not what it is stated or taken to be."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from modelgen.api import read_case
+from modelgen.diagnose import Verdict, diagnose
+from modelgen.models import load
+
+R_E, L_E, BL, K_M, R_M = 6.2, 6e-4, 5.5, 900.0, 0.7
+
+
+def pink(rng: np.random.Generator, n: int) -> np.ndarray:
+    """Noise of power 1/f along the samples, standard deviation 1."""
+    spectrum = np.fft.rfft(rng.standard_normal(2 * n))
+    spectrum[1:] /= np.sqrt(np.arange(1, len(spectrum)))
+    spectrum[0] = 0
+    x = np.fft.irfft(spectrum)[:n]
+    return np.asarray(x / x.std())
+
+
+def judged(tmp_path: Path, noise: str, stated: float | None, seed: int, n: int, off: float = 0.0) -> Verdict:
+    """Two sweeps with known masses and 0.1 % noise; `off` adds to the held-out third's mass, unstated."""
+    rng = np.random.default_rng(seed)
+    f = np.geomspace(20, 2000, n)
+    w = 2 * np.pi * f
+    text = 'model = "electrodynamic_transducer"\n' + (f"[noise]\nZ_relative = {stated}\n" if stated else "")
+    for k, m in enumerate((0.008, 0.013, 0.01)):
+        there = m + (off if k == 2 else 0.0)
+        Z = R_E + 1j * w * L_E + BL**2 / (R_M + 1j * w * there + K_M / (1j * w))
+        e = [pink(rng, n) if noise == "pink" else rng.standard_normal(n) for _ in range(2)]
+        Z = Z * (1 + 1e-3 * (e[0] + 1j * e[1]))
+        rows = "\n".join(f"{a:.9g},{b:.9g},{c:.9g}" for a, b, c in zip(f, Z.real, Z.imag, strict=True))
+        (tmp_path / f"r{k}.csv").write_text(f"f [Hz],Re Z [ohm],Im Z [ohm]\n{rows}\n")
+        role = "holdout" if k == 2 else "fit"
+        text += f'[[recording]]\nfile = "r{k}.csv"\nrole = "{role}"\nconstants = {{ M_m = {m} }}\n'
+    (tmp_path / "case.toml").write_text(text)
+    case = read_case(tmp_path / "case.toml")
+    return diagnose(case, load(case.model))
+
+
+@pytest.mark.parametrize("stated", [2e-4, 3.3e-4, 5e-3])
+def test_a_stated_noise_that_is_wrong_by_far_is_no_physics_and_is_told(tmp_path: Path, stated: float) -> None:
+    v = judged(tmp_path, "white", stated, 1, 201)
+    assert v.adequate
+    told = re.search(r"That is (\S+) times the noise that is stated", v.summary)
+    assert told and float(told[1]) == pytest.approx(1e-3 / stated, rel=0.1)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_peaks_of_coloured_noise_are_no_resonances(tmp_path: Path, seed: int) -> None:
+    v = judged(tmp_path, "pink", None, seed, 401)
+    assert v.adequate, v.summary
+
+
+def test_a_hold_out_that_is_missed_is_told(tmp_path: Path) -> None:
+    v = judged(tmp_path, "white", 1e-3, 1, 201, off=4e-4)
+    assert v.adequate
+    assert "misses the held-out" in v.summary
