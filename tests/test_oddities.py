@@ -125,7 +125,11 @@ def test_a_claim_needs_more_than_a_few_frequencies(width: float, narrow: bool) -
     f = [np.geomspace(20, 5000, 300)] * 2
     noise = [rng.standard_normal((2, 300)) for _ in f]
     line = 20 / (1 + (np.log(f[0] / f[0][147]) / width) ** 2)
-    found = lone(f, [e + line for e in noise], noise, "mechanical")
+    still = [np.zeros(len(x)) for x in f]
+    found = lone(f, [e + line for e in noise], noise, still, "mechanical")
     assert (found is not None) == narrow
     if found is not None:
         assert "Hz" in found.says
+    # where the model has as sharp a resonance, that has moved
+    peak = [e + 30.0 for e in still]
+    assert lone(f, [e + line for e in noise], noise, peak, "mechanical") is None

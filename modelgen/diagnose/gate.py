@@ -10,6 +10,7 @@ import numpy as np
 
 from modelgen.diagnose.describe import described
 from modelgen.diagnose.generic import Leftover, leftover
+from modelgen.diagnose.noise import modelled_output, standing_alone
 from modelgen.diagnose.oddities import lone
 from modelgen.diagnose.ranking import OUTSIDE
 from modelgen.diagnose.recolour import GROSS_ESTIMATED, beyond, own_colour
@@ -168,7 +169,8 @@ def _line(outcome: Outcome) -> Leftover | None:
     if e.model.is_time_model or not best.hypothesis.added or any(s.measure == "real" for s in e.series):
         return None
     f = [s.inputs[e.model.axis] for s in e.series]
-    return lone(f, outcome.base.white, best.white, best.hypothesis.added[0].port.name)
+    own = [standing_alone(modelled_output(e, best.theta, k)) for k in range(len(e.series))]
+    return lone(f, outcome.base.white, best.white, own, best.hypothesis.added[0].port.name)
 
 
 def _floor(after: float, scatter: float, count: int, stated: bool, far: bool) -> float:

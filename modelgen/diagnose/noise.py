@@ -29,8 +29,7 @@ def outliers(white: Array, signal: Array | None = None) -> Array:
     if n < 15:
         return np.zeros(n, dtype=bool)
     far, near = np.zeros(n), np.zeros(n)
-    peaks = np.zeros(n) if signal is None else MISSED * np.hypot.reduce([off_neighbours(x) for x in signal])
-    peaks = np.lib.stride_tricks.sliding_window_view(np.pad(peaks, 3, mode="reflect"), 7).max(axis=1)
+    peaks = np.zeros(n) if signal is None else MISSED * standing_alone(signal)
     for x in white:
         alone = off_neighbours(x)
         level = 1.4826 * np.median(np.abs(alone))
@@ -51,17 +50,29 @@ def outliers(white: Array, signal: Array | None = None) -> Array:
 
 def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
     """(n,) bool of recording k of an experiment at θ."""
-    s = e.series[k]
-    w = replace(s.whitener, root=None, ar=None)
-    raw = e.raw(theta, k)
-    white = s.whitener.apply(raw)
-    return outliers(white, None if e.model.is_time_model else w.apply(raw + s.data))
+    white = e.series[k].whitener.apply(e.raw(theta, k))
+    return outliers(white, None if e.model.is_time_model else modelled_output(e, theta, k))
 
 
 def off_neighbours(x: Array) -> Array:
     """How far each of (n,) samples is from the median of seven about it."""
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(x, 3, mode="reflect"), 7)
     return np.asarray(x - np.median(windows, axis=1))
+
+
+def standing_alone(signal: Array) -> Array:
+    """(n,) how far a signal (channels, n) stands off its neighbours here or within three samples: the tops of
+    narrow resonances."""
+    peaks = np.hypot.reduce([off_neighbours(x) for x in signal])
+    return np.asarray(
+        np.lib.stride_tricks.sliding_window_view(np.pad(peaks, 3, mode="reflect"), 7).max(axis=1)
+    )
+
+
+def modelled_output(e: Experiment, theta: Array, k: int) -> Array:
+    """The model's output in recording k at θ, over the noise (channels, n)."""
+    s = e.series[k]
+    return np.asarray(replace(s.whitener, root=None, ar=None).apply(e.raw(theta, k) + s.data))
 
 
 def masked(series: Sequence[Series], marks: Sequence[Array]) -> tuple[Series, ...]:

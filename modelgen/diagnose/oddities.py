@@ -154,10 +154,13 @@ def _orders(f: Array, base: float, step: int, width: float) -> Array:
     return np.where((np.abs(f - n * base) < width) & (n > 0), n, 0)
 
 
-def lone(f: Sequence[Array], before: Sequence[Array], after: Sequence[Array], port: str) -> Leftover | None:
+def lone(
+    f: Sequence[Array], before: Sequence[Array], after: Sequence[Array], own: Sequence[Array], port: str
+) -> Leftover | None:
     """Evidence that stands on LONE frequencies of sweeps: a line narrower than the samples can resolve.
 
-    before, after: (channels, n) whitened residuals without and with what is claimed.
+    before, after: (channels, n) whitened residuals without and with what is claimed. own: (n,) how far the
+    model itself stands off its neighbours: where its own narrow resonance is shifted, so much is no line.
     """
     all_f = np.concatenate(f)
     gain = np.concatenate([np.sum(b**2 - a**2, axis=0) for b, a in zip(before, after, strict=True)])
@@ -169,6 +172,8 @@ def lone(f: Sequence[Array], before: Sequence[Array], after: Sequence[Array], po
     total = float(np.sum(at))
     if total < 2 * LOUD or total - float(np.sum(at[top])) > BROAD * total:
         return None  # faint, or wide
+    if at[top[0]] < np.bincount(which, np.concatenate(own) ** 2, len(places))[top[0]]:
+        return None
     says = f"something at {np.exp(places[top[0]]):.4g} Hz that is narrower than the samples can resolve"
     return Leftover(total, total, port, says)
 
