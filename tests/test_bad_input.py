@@ -257,6 +257,12 @@ def test_a_model_of_the_user_is_found_beside_its_case(
     assert "coil" in capsys.readouterr().out
 
 
+def test_a_page_of_another_format_is_refused(folder: Path, refused: Run) -> None:
+    (folder / "case.toml").write_text(CASE)
+    line = refused("diagnose", "case.toml", "--report", "page.pdf")
+    assert "the page is HTML" in line and not (folder / "page.pdf").exists()
+
+
 def test_no_compiler(refused: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     find_compiler.cache_clear()

@@ -7,7 +7,10 @@ from pathlib import Path
 from modelgen.api import open_case
 from modelgen.cli.console import check_output, console, progress_bar
 from modelgen.diagnose import diagnose
+from modelgen.errors import InputError
 from modelgen.report import print_verdict, write_html
+
+NO_PAGE = (".pdf", ".png", ".svg", ".jpg", ".jpeg", ".md", ".docx", ".json", ".csv")
 
 
 def diagnose_case(
@@ -18,6 +21,8 @@ def diagnose_case(
 
     check_output(json)
     check_output(report)
+    if report is not None and report.suffix.lower() in NO_PAGE:
+        raise InputError(f"--report {report}: the page is HTML, a name that ends in .html is wanted")
     check_output(out, folder=True)
     more = load_effects(effects) if effects else None
     model, case = open_case(path)
