@@ -39,8 +39,7 @@ def conclude(
 ) -> Verdict:
     """Put the argument together. A claim from sweeps that the hold-out refutes is withdrawn."""
     sensitivities = port_sensitivities(setting, outcome.base)
-    if outcome.best.hypothesis.added:
-        outcome = with_rivals(setting, outcome)
+    outcome = with_rivals(setting, outcome)
     gate = judge_adequacy(setting, outcome, sensitivities, oddity)
     standing = standings(outcome) if not gate.unknown else ()
     best = outcome.best
@@ -107,10 +106,18 @@ def _findings(
 ) -> tuple[Finding, ...]:
     known = {e.name: e for e in after}
     if gate.unknown:
-        says = f"no effect of the catalogue explains it: {gate.leftover.says or 'the residual is not noise'}"
+        better = " better" if gate.tied else ""
+        rest = gate.leftover.says or "the residual is not noise"
+        says = f"no effect of the catalogue explains it{better}: {rest}"
         port = gate.leftover.port or "model"
         id = f"unknown_{port}"
-        return (Finding(id, port, says, gate.probability, "unknown", parameters=_own(known, id)),)
+        others = () if gate.tied is None else gate.tied.ids
+        return (
+            Finding(
+                id, port, says, gate.probability, "unknown", equivalents=others,
+                separating_experiment=_told_apart(setting, outcome, gate), parameters=_own(known, id),
+            ),
+        )  # fmt: skip
     findings = []
     for s in standing:
         own = _own(known, s.addition.id)
@@ -122,6 +129,15 @@ def _findings(
             )
         )  # fmt: skip
     return tuple(findings)
+
+
+def _told_apart(setting: Setting, outcome: Outcome, gate: Gate) -> str | None:
+    """The recording that would separate what no catalogue holds from named effects that do as well."""
+    from modelgen.diagnose.separate import separate
+
+    if gate.fit is None or gate.tied is None:
+        return None
+    return separate(setting, outcome, gate.fit, [gate.tied], [])
 
 
 def _own(known: Mapping[str, Estimate], id: str) -> tuple[Estimate, ...]:
@@ -191,8 +207,11 @@ def _summary(setting: Setting, findings: Sequence[Finding], held: Held, gate: Ga
         return f"{model} explains the recordings: {left}.{_but(setting, held, gate)}"
     if gate.unknown:
         says = gate.leftover.says or "the residual is not noise"
-        told = f"{model} leaves {before:.3g} times the noise, which no catalogued effect explains: {says}."
-        return f"{told} With these terms it leaves {after:.3g}." if findings[0].parameters else told
+        better = " better" if gate.tied else ""
+        told = f"{model} leaves {before:.3g} times the noise, which no effect explains{better}: {says}."
+        if findings[0].parameters:
+            told += f" With these terms it leaves {after:.3g}."
+        return told + (f" These data can't tell it from {' and '.join(gate.tied.ids)}." if gate.tied else "")
     names = " and ".join(f.id for f in findings)
     first = (
         f"{model} lacks {names} (probability {findings[0].probability:.0%}): "

@@ -15,7 +15,7 @@ from modelgen.diagnose.oddities import lone
 from modelgen.diagnose.ranking import OUTSIDE
 from modelgen.diagnose.recolour import GROSS_ESTIMATED, beyond, own_colour
 from modelgen.diagnose.refit import Fit, plain_white
-from modelgen.diagnose.setting import ALARM, CLOSE, Outcome, Setting
+from modelgen.diagnose.setting import ALARM, CLOSE, TEMPER, Outcome, Setting
 from modelgen.diagnose.unlisted import best_unlisted, cheaper, with_rivals
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
@@ -54,6 +54,8 @@ class Gate:
     notes: tuple[str, ...]
     fit: Fit | None = None
     """The base with what no catalogue holds."""
+    tied: Fit | None = None
+    """The named effects, where the data do not exclude them beside it."""
 
 
 def judge_adequacy(
@@ -91,10 +93,14 @@ def judge_adequacy(
     structured = other is not None or rival is not None or left.gain > LEFT
     notes += _far_notes(outcome, unknown, left, explained, np.sqrt(after / floor)) if far else ()
     odds = float(np.exp(min(left.gain, 60.0) / 2 - 5.0)) if structured else 9.0
-    probability = (1 - OUTSIDE) * odds / (1 + odds)
     words = _noise_words(setting, outcome, after, stated)
     fit = rival[0] if rival is not None and other is None else None
-    return Gate(unknown, left, probability, floor, float(np.sqrt(floor)), words, notes, fit)
+    tied = None
+    if rival is not None and fit is not None and best.hypothesis.added:
+        odds = float(np.exp(min(rival[1], 60.0) / (2 * TEMPER)))
+        tied = best if rival[1] < CLOSE else None
+    probability = (1 - OUTSIDE) * odds / (1 + odds)
+    return Gate(unknown, left, probability, floor, float(np.sqrt(floor)), words, notes, fit, tied)
 
 
 def modelled(setting: Setting, outcome: Outcome, gate: Gate) -> Gate:

@@ -10,6 +10,7 @@ import numpy as np
 from modelgen.diagnose.evidence import levels
 from modelgen.diagnose.grow import grow
 from modelgen.diagnose.hypothesis import Addition, Hypothesis, make_hypotheses
+from modelgen.diagnose.joint import joint
 from modelgen.diagnose.recolour import gross, judged_anew, own_colour, recolour, recolour_pairs
 from modelgen.diagnose.refit import Fit, Judge, base_starts, plain_white
 from modelgen.diagnose.replica import motion_matters, replicas, undeserved
@@ -70,7 +71,8 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
                 break
             judge, base, grown, best = recolour_pairs(s, judge, base, grown, best)
             if min(f.bic for f in grown) < best.bic - (0.0 if depth == 2 else ALARM):
-                more = swapped(s, base, judge, grown, scores)
+                more = [*grown, *_together(s, base, judge, scores, first, grown, depth)]
+                more = swapped(s, base, judge, more, scores)
                 judge, base, grown, best = recolour_pairs(s, judge, base, more, best)
             judge, grown = _deserved(s, judge, [base, *beam], grown)
             tried |= {f.hypothesis.key: f for f in grown}
@@ -84,6 +86,21 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
             break
         beam = sorted(grown, key=lambda f: f.bic)[: s.beam]
     return _concluded(s, judge, base, best, tuple(tried.values()), blind)
+
+
+def _together(
+    s: Setting,
+    base: Fit,
+    judge: Judge,
+    scores: Sequence[Score],
+    first: Sequence[Fit],
+    grown: Sequence[Fit],
+    depth: int,
+) -> list[Fit]:
+    """Pairs of sweeps' effects that no beam led to."""
+    if depth != 2 or s.model.is_time_model or not s.cheap:
+        return []
+    return joint(s, base, judge, scores, first, {f.hypothesis.key for f in grown})
 
 
 def _hidden(s: Setting, judge: Judge, best: Fit, winner: Fit, depth: int) -> bool:
