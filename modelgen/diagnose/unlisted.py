@@ -17,7 +17,7 @@ from modelgen.diagnose.evidence import deviance
 from modelgen.diagnose.hypothesis import Addition, Hypothesis, make_hypotheses
 from modelgen.diagnose.refit import Fit
 from modelgen.diagnose.scales import record_scales
-from modelgen.diagnose.screen import Tangent
+from modelgen.diagnose.screen import Tangent, score
 from modelgen.diagnose.setting import ALARM, Outcome, Setting
 from modelgen.effects import Effect, Shape, Strength, search_range
 from modelgen.effects.effect import add
@@ -80,11 +80,15 @@ def _starts(h: Hypothesis, f: Fit, tangent: Tangent, whiteners: Sequence[Whitene
     """Where a first order promises most, over a grid as fine as the resonances are narrow; and rows of which
     the most visible resonance is one or another member."""
     a = h.added[0]
+    low, high = a.ranges["omega_1"]
+    grids = [(np.exp(np.arange(np.log(low), np.log(high), STEP / Q)), Q) for Q in QUALITIES]
+    if any(s.measure != "complex" for s in h.experiment.series):
+        points = [{f"{a.id}_omega_1": float(w), f"{a.id}_Q": Q} for first, Q in grids for w in first]
+        best = score(h, f.hypothesis, f.theta, tangent, whiteners, KEEP, points).starts
+        return [h.place(f.hypothesis, f.theta, v) for _, v in best]
     seen = _Seen.of(h, f, tangent, whiteners)
     if seen is None:
         return []
-    low, high = a.ranges["omega_1"]
-    grids = [(np.exp(np.arange(np.log(low), np.log(high), STEP / Q)), Q) for Q in QUALITIES]
     modes, _ = _kind(a)
     chosen = _apart([t for first, Q in grids for t in seen.tried(first, Q, modes)])[:KEEP]
     if modes > 1:
@@ -125,7 +129,7 @@ class _Seen:
         for k, (s, w) in enumerate(zip(e.series, omega, strict=True)):
             jac = e.prepared[k].jacobian(e.local(at, k), s.measure)[1][:, index]
             slopes.append((jac[0] + 1j * jac[-1]) / _row(w / low, Q, modes, moving, 1j))
-        good = all(s.measure == "complex" for s in e.series) and all(np.isfinite(x).all() for x in slopes)
+        good = all(np.isfinite(x).all() for x in slopes)
         return _Seen(tangent, whiteners, omega, slopes, moving) if good else None
 
     def tried(self, first: Array, Q: float, modes: int) -> list[Tried]:
