@@ -154,7 +154,7 @@ def _fit_base(h: Hypothesis, judge: Judge, seed: int) -> tuple[Fit, tuple[Array,
     return first, tuple(f.theta for f in _distinct(ends) if f is not first)[:2]
 
 
-NEAR = 10.0
+COMPARABLE = 10.0
 """Optima with so many times the χ² of the best are looked into further."""
 
 
@@ -162,7 +162,7 @@ def _distinct(fits: Sequence[Fit]) -> list[Fit]:
     """The best, and what is not much worse and elsewhere."""
     found: list[Fit] = []
     for f in sorted((f for f in fits if np.isfinite(f.bic)), key=lambda f: f.chi2):
-        if not found or (1 + 1e-3) * found[-1].chi2 + 1.0 < f.chi2 < NEAR * found[0].chi2:
+        if not found or (1 + 1e-3) * found[-1].chi2 + 1.0 < f.chi2 < COMPARABLE * found[0].chi2:
             found.append(f)
     return found or list(fits[:1])
 

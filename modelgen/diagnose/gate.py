@@ -121,7 +121,7 @@ def _described(setting: Setting, outcome: Outcome) -> tuple[Fit, float] | None:
     if rival is None:
         return None
     best, other = (own_colour(setting, outcome.judge, f) for f in (outcome.best, rival[0]))
-    return rival if best - other > CLOSE else None
+    return rival if best - other > (0.0 if outcome.best.hypothesis.added else CLOSE) else None
 
 
 def _leftover(outcome: Outcome, fit: Fit, gain: float) -> Leftover:
