@@ -22,12 +22,19 @@ def pink(rng: np.random.Generator, n: int) -> np.ndarray:
     return np.asarray(x / x.std())
 
 
-def judged(tmp_path: Path, noise: str, stated: float | None, seed: int, n: int, off: float = 0.0) -> Verdict:
-    """Two sweeps with known masses and 0.1 % noise; `off` adds to the held-out third's mass, unstated."""
+def judged(
+    tmp_path: Path, noise: str, stated: float | None, seed: int, n: int, off: float = 0.0, more: str = ""
+) -> Verdict:
+    """Two sweeps with known masses and 0.1 % noise; `off` adds to the held-out third's mass, unstated;
+    `more` goes into the case."""
     rng = np.random.default_rng(seed)
     f = np.geomspace(20, 2000, n)
     w = 2 * np.pi * f
-    text = 'model = "electrodynamic_transducer"\n' + (f"[noise]\nZ_relative = {stated}\n" if stated else "")
+    text = (
+        'model = "electrodynamic_transducer"\n'
+        + (f"[noise]\nZ_relative = {stated}\n" if stated else "")
+        + more
+    )
     for k, m in enumerate((0.008, 0.013, 0.01)):
         there = m + (off if k == 2 else 0.0)
         Z = R_E + 1j * w * L_E + BL**2 / (R_M + 1j * w * there + K_M / (1j * w))
@@ -60,3 +67,14 @@ def test_a_hold_out_that_is_missed_is_told(tmp_path: Path) -> None:
     v = judged(tmp_path, "white", 1e-3, 1, 201, off=4e-4)
     assert v.adequate
     assert "misses the held-out" in v.summary
+
+
+def test_a_bound_of_the_case_that_holds_a_parameter_is_told(tmp_path: Path) -> None:
+    v = judged(tmp_path, "white", 1e-3, 1, 60, more="[bounds]\nR_e = [8.0, 20.0]\n")
+    assert not v.adequate
+    told = [n for n in v.notes if "on its bound" in n]
+    assert told == ["R_e lies on its bound of 8: what seems left out may be what this forbids"]
+
+
+def test_a_handful_of_values_has_no_resonances(tmp_path: Path) -> None:
+    assert judged(tmp_path, "white", None, 1, 3).adequate

@@ -81,7 +81,7 @@ def conclude(
         trials=_trials(outcome),
         traces=shown,
         curve=port_curve(setting, outcome, best, sensitivities, port),
-        notes=(*notes, *gate.notes, *_blind_note(outcome), *held.notes),
+        notes=(*notes, *gate.notes, *_bound_note(setting, outcome.base), *_blind_note(outcome), *held.notes),
         noise=gate.noise,
         law=law,
     )
@@ -187,6 +187,16 @@ def _blind_note(outcome: Outcome) -> tuple[str, ...]:
     if not ids:
         return ()
     return (f"these recordings can't show {', '.join(ids)}: free parameters of the model do the same",)
+
+
+def _bound_note(setting: Setting, base: Fit) -> tuple[str, ...]:
+    """Which parameters the case's own bounds hold: what they forbid may look like physics left out."""
+    held = []
+    for p, value in zip(base.hypothesis.experiment.layout.parameters, base.theta, strict=True):
+        ends = setting.case.bounds.get(p.name.split("[")[0])
+        if ends is not None and np.min(np.abs(value - np.array(ends))) <= 1e-6 * (ends[1] - ends[0]):
+            held.append(f"{p.name} lies on its bound of {value:.4g}")
+    return (f"{', '.join(held)}: what seems left out may be what this forbids",) if held else ()
 
 
 FEW = 5

@@ -72,6 +72,10 @@ def _gain(tangent: Tangent, columns: Array, n: int, price: float = 0.0) -> tuple
 # ---------------------------------------------------------------------------------------------------
 
 
+SPARE = 10
+"""Values beyond parameters and amounts that a description must leave: fewer are met by anything."""
+
+
 def _in_frequency(
     judge: Judge, fit: Fit, tangent: Tangent, sensitivities: Mapping[str, Array]
 ) -> list[Leftover]:
@@ -92,6 +96,8 @@ def _in_frequency(
         r = tangent.r
         best = Leftover(0.0, 0.0, port, "")
         for count in range(1, 5):
+            if n - fit.parameters - 2 * count < SPARE:
+                break
             k = int(np.argmax((rest.T @ r) ** 2 / size))
             pair = [k - k % 2, k - k % 2 + 1]
             chosen += [c for c in pair if c not in chosen]

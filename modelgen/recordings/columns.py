@@ -191,7 +191,7 @@ def _order(
         value = axis[order[twice[0]]]
         raise fail(
             f"{table.path}, lines {first} and {second}, column {show(column.title)}: "
-            f"{value:.12g} {part.unit} occurs twice"
+            f"{value:.12g} {part.unit} occurs twice, wanted each once (two sweeps or runs are two recordings)"
         )
     back = np.flatnonzero(np.diff(axis) < 0)
     if not back.size:
