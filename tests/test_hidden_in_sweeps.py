@@ -1,0 +1,44 @@
+"""What a search of sweeps passes by when it goes from the base's optimum, or from one effect to the next."""
+
+from pathlib import Path
+
+import pytest
+
+from modelgen.api import read_case
+from modelgen.diagnose import diagnose
+from modelgen.models import load
+from modelgen.truths import draw, write_case
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "kind", "domain", "effects", "noise", "ratio", "named"),
+    [
+        pytest.param(
+            202700067, "pair", "impedance", ("contact_damping", "structural_damping"), "white", 6.0,
+            {"contact_damping", "structural_damping"}, id="either alone is no better than other effects",
+        ),
+        pytest.param(
+            202700065, "single", "impedance", "coil_capacitance", "calibration", 3.0, {"coil_capacitance"},
+            id="the base's best optimum is not the one near the truth",
+        ),
+        pytest.param(
+            202700305, "novel", "gmm", "novel:cavity_comb", "white", 1.5, {"unknown_mechanical"},
+            id="one member of a row is in the band, and narrow",
+        ),
+    ],
+)  # fmt: skip
+def test_it_is_found_all_the_same(
+    tmp_path: Path,
+    seed: int,
+    kind: str,
+    domain: str,
+    effects: str | tuple[str, str],
+    noise: str,
+    ratio: float,
+    named: set[str],
+) -> None:
+    case = read_case(write_case(draw(seed, kind, domain, effects, noise=noise, ratio=ratio), tmp_path))
+    v = diagnose(case, load(case.model))
+    assert {e.id for e in v.effects} == named
+    assert v.after.holdout_over_noise < 1.3
