@@ -23,7 +23,7 @@ noise."""
 
 def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judge, Fit, list[Fit]]:
     """Judge again with the colour of the best hypothesis' residual, where that has one."""
-    best = min([base, *fits], key=lambda f: f.bic)
+    best = _likeliest(s, judge, [base, *fits])
     plain = tuple(replace(x.whitener, ar=None) for x in s.series)
     white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
     if gross(s, white) and not _smooth(s, judge, best, white):
@@ -42,6 +42,19 @@ def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judg
     if not before and all(w.ar is None for w in filters) and all(np.all(u == 1) for u in uneven):
         return judge, base, fits
     return judged_anew(s, replace(judge, whiteners=filters, temper=1.0), base, fits)
+
+
+CONTENDERS = 4
+"""Fits whose own colours are compared."""
+
+
+def _likeliest(s: Setting, judge: Judge, fits: Sequence[Fit]) -> Fit:
+    """The best of `fits`. The colour that one of them has left may hide what another explains: where there is
+    one, each of the first few is judged by its own."""
+    first = sorted(fits, key=lambda f: f.bic)[:CONTENDERS]
+    if not s.model.is_time_model or all(w.ar is None or len(w.ar) < 2 for w in judge.whiteners):
+        return first[0]
+    return min(first, key=lambda f: own_colour(s, judge, f))
 
 
 def judged_anew(s: Setting, new: Judge, base: Fit, fits: Sequence[Fit]) -> tuple[Judge, Fit, list[Fit]]:

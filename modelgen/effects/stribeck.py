@@ -6,22 +6,26 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values, at_start
+from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, at_start
 from modelgen.language import Abs, Equation, Model, Port, State, exp
 
 
-def _falling_level(model: Model, port: Port, p: Values) -> Model:
-    """ṙ = ρ(v − |v| r/g(v)) with level g = 1 + β exp(−|v|/v_s): the state is carried as r/g, which slips at
-    1.
+def _falling(beta: str, v_s: str, power: int) -> Apply:
+    """ṙ = ρ(v − |v| r/g(v)) with level g = 1 + β exp(−|v/v_s|^power)."""
+    return lambda model, port, p: _falling_level(
+        model, port, p[beta] * exp(-(Abs(port["v"] / p[v_s]) ** power))
+    )
+
+
+def _falling_level(model: Model, port: Port, rise: Any) -> Model:
+    """ṙ = ρ(v − |v| r/g) with level g = 1 + rise: the state is carried as r/g, which slips at 1.
 
     Friction becomes h g, the inverse slip length ρ/g; when g changes, r/g changes so that the force does not.
     """
     state = port["r"].name
     slip = next(q.equation for q in model.ports if q.kind == "slip")
     g, g_prev = Symbol("stribeck_g", real=True), Symbol("stribeck_g_prev", real=True)
-    level = Equation(
-        g.name, 1 + p["beta"] * exp(-Abs(port["v"]) / p["v_s"]), text="level of friction at this speed"
-    )
+    level = Equation(g.name, 1 + rise, text="level of friction at this speed")
     held = Symbol("stribeck_g_last", real=True)
     before = Equation(g_prev.name, held, text="level at the sample before")
     last = State(held.name, at_start(model, level.expr), g, text="level, kept for the next sample")
@@ -58,9 +62,22 @@ stribeck_slip = Effect(
     "friction falls with speed, as a film of lubricant or of wear builds up; its stiffness before slip stays",
     "C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419",
     (Strength("beta", "1", text="rise of the friction at rest over that at speed"),),
-    _falling_level,
+    _falling("beta", "v_s", 1),
     (Shape("v_s", "{v}", "speed", 0.02, 1.0, 8, text="Stribeck velocity"),),
     needs=("v", "r"),
+)
+
+stribeck_bell = Effect(
+    "stribeck_friction",
+    ("friction",),
+    "friction falls with speed as a bell, flat about rest, as a film of lubricant builds up; its stiffness "
+    "before slip stays",
+    stribeck_slip.source + ": exp(−(v/v_s)²)",
+    (Strength("beta_2", "1", text="rise of the friction at rest over that at speed"),),
+    _falling("beta_2", "v_2", 2),
+    (Shape("v_2", "{v}", "speed", 0.02, 1.0, 8, text="Stribeck velocity"),),
+    needs=("v", "r"),
+    common=0.5,
 )
 
 
@@ -87,4 +104,4 @@ relaxing_friction = Effect(
     needs=("r", "t", "t_prev"),
 )
 
-EFFECTS = (stribeck_slip, relaxing_friction)
+EFFECTS = (stribeck_slip, stribeck_bell, relaxing_friction)
