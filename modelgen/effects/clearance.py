@@ -6,7 +6,8 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, add, at_start, unit_of
+from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, add, unit_of
+from modelgen.effects.softening import moved_rate
 from modelgen.language import Abs, Equation, Max, Model, Parameter, Piecewise, Port, State, Statement, sign
 
 MOTION = ("z", "v", "z_prev", "z_turn")
@@ -88,7 +89,7 @@ def _lagging(model: Model, port: Port, name: str, g: Any) -> _Lagging:
     before = Equation(f"{name}_before", lag, unit, text="lag at the sample before")
     state = State(
         lag.name,
-        (AWAY - 1) * g * sign(at_start(model, port["v"])),
+        (AWAY - 1) * g * sign(moved_rate(model).symbol),
         play(turn.symbol, z - z_turn),
         unit=unit,
         text="lag of the driven side",
@@ -155,6 +156,11 @@ def _stop(side: int) -> Effect:
     )
 
 
+def _positive(x: Any) -> Any:
+    """x where it is positive, else 0; sympy's Max takes long over what composed effects make of x."""
+    return (x + Abs(x)) / 2
+
+
 def _round_stop(side: int) -> Effect:
     end = "upper" if side > 0 else "lower"
     return replace(
@@ -164,7 +170,7 @@ def _round_stop(side: int) -> Effect:
         source="H. Hertz, J. reine angew. Math. 92 (1882) 156; K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. "
         "42 (1975) 440",
         strengths=(Strength(f"H_{end}", "{port}/{z}**1.5", text="Hertz' constant of the contact"),),
-        apply=add(lambda at, p: side * p[f"H_{end}"] * Max(0, side * (at["z"] - p[f"c_{end}"])) ** 1.5),
+        apply=add(lambda at, p: side * p[f"H_{end}"] * _positive(side * (at["z"] - p[f"c_{end}"])) ** 1.5),
         shapes=(replace(_stop(side).shapes[0], name=f"c_{end}"),),
     )
 

@@ -13,8 +13,13 @@ SOFTENS = "the stiffness falls with the amplitude of the motion, as a network of
 
 def moved_input(model: Model) -> Input:
     """The recorded displacement of a time model."""
-    name = next(i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate")
-    return next(i for i in model.inputs if i.name == name)
+    rate = moved_rate(model)
+    return next(i for i in model.inputs if rate.derived and i.name == rate.derived[1])
+
+
+def moved_rate(model: Model) -> Input:
+    """The rate of the recorded displacement of a time model."""
+    return next(i for i in model.inputs if i.derived and i.derived[0] == "rate")
 
 
 def _payne(model: Model, port: Port, p: Values) -> Model:

@@ -10,23 +10,26 @@ from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, at_s
 from modelgen.language import Abs, Equation, Model, Port, State, exp
 
 
-def _falling(beta: str, v_s: str, power: int) -> Apply:
-    """ṙ = ρ(v − |v| r/g(v)) with level g = 1 + β exp(−|v/v_s|^power)."""
-    return lambda model, port, p: _falling_level(
-        model, port, p[beta] * exp(-(Abs(port["v"] / p[v_s]) ** power))
-    )
+def _falling(name: str, beta: str, v_s: str, power: int) -> Apply:
+    """ṙ = ρ(v − |v| r/g(v)) with level g = 1 + β exp(−|v/v_s|^power), which is called `name`."""
+
+    def apply(model: Model, port: Port, p: Values) -> Model:
+        rise = p[beta] * exp(-(Abs(port["v"] / p[v_s]) ** power))
+        return _falling_level(model, port, name, rise)
+
+    return apply
 
 
-def _falling_level(model: Model, port: Port, rise: Any) -> Model:
+def _falling_level(model: Model, port: Port, name: str, rise: Any) -> Model:
     """ṙ = ρ(v − |v| r/g) with level g = 1 + rise: the state is carried as r/g, which slips at 1.
 
     Friction becomes h g, the inverse slip length ρ/g; when g changes, r/g changes so that the force does not.
     """
     state = port["r"].name
     slip = next(q.equation for q in model.ports if q.kind == "slip")
-    g, g_prev = Symbol("stribeck_g", real=True), Symbol("stribeck_g_prev", real=True)
+    g, g_prev = Symbol(name, real=True), Symbol(f"{name}_prev", real=True)
     level = Equation(g.name, 1 + rise, text="level of friction at this speed")
-    held = Symbol("stribeck_g_last", real=True)
+    held = Symbol(f"{name}_last", real=True)
     before = Equation(g_prev.name, held, text="level at the sample before")
     last = State(held.name, at_start(model, level.expr), g, text="level, kept for the next sample")
     first = [s.name for s in model.statements].index(slip)
@@ -62,7 +65,7 @@ stribeck_slip = Effect(
     "friction falls with speed, as a film of lubricant or of wear builds up; its stiffness before slip stays",
     "C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419",
     (Strength("beta", "1", text="rise of the friction at rest over that at speed"),),
-    _falling("beta", "v_s", 1),
+    _falling("stribeck_g", "beta", "v_s", 1),
     (Shape("v_s", "{v}", "speed", 0.02, 1.0, 8, text="Stribeck velocity"),),
     needs=("v", "r"),
 )
@@ -74,7 +77,7 @@ stribeck_bell = Effect(
     "before slip stays",
     stribeck_slip.source + ": exp(−(v/v_s)²)",
     (Strength("beta_2", "1", text="rise of the friction at rest over that at speed"),),
-    _falling("beta_2", "v_2", 2),
+    _falling("stribeck_bell_g", "beta_2", "v_2", 2),
     (Shape("v_2", "{v}", "speed", 0.02, 1.0, 8, text="Stribeck velocity"),),
     needs=("v", "r"),
     common=0.5,

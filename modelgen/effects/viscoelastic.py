@@ -11,13 +11,12 @@ from modelgen.effects.effect import (
     Strength,
     Values,
     add_stiffness,
-    at_start,
     change,
     unit_of,
     unit_omega,
 )
 from modelgen.effects.ladder import MEMORY, Ladder, arm, z_rest
-from modelgen.effects.softening import moved_input
+from modelgen.effects.softening import moved_input, moved_rate
 from modelgen.language import Model, Parameter, Port, j, log, pi, powj, quadrature_of, sign
 
 SPRING = ("stiffness", "mechanical_impedance")
@@ -146,7 +145,7 @@ def _maxwell_force(model: Model, port: Port, p: Values) -> Model:
     """Before the record the sample rested, or moved steadily at some ω: the foot is at Re(Z/(1 + jωτ)) then,
     with z = Re Z and v = Re jωZ at the first sample."""
     rest = z_rest(unit_of(model, port["z"]))
-    z, v = (at_start(model, port[k]) for k in ("z", "v"))
+    z, v = moved_input(model).symbol, moved_rate(model).symbol
     foot = rest + (z - rest - p["tau"] * v) * PAST / (PAST + p["tau"] ** 2)
     state = arm("maxwell_branch_z", (port["t"] - port["t_prev"]) / p["tau"], port, rest)
     state = replace(state, initial=foot)
