@@ -26,7 +26,7 @@ from modelgen.fit import PSO
 from modelgen.fit.experiment import experiment
 from modelgen.fit.motion import errors_in_motion
 from modelgen.fit.problem import Problem
-from modelgen.fit.scatter import local_scatter
+from modelgen.fit.scatter import local_scatter, rounding
 from modelgen.fit.series import Array, Series, make_series
 from modelgen.language import Model
 from modelgen.recordings import Case
@@ -220,13 +220,17 @@ def _referred(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
 
 
 def _levelled(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
-    """Where noise is not stated, its level is the scatter of the base's residual between neighbours."""
+    """Where noise is not stated, its level is the scatter of the base's residual between neighbours, and no
+    less than the rounding of what was recorded."""
     levelled = []
     for s, e in zip(series, fit.white, strict=True):
         if s.stated or e.shape[1] < 8:
             levelled.append(s)
             continue
         scatter = float(np.median([local_scatter(x) for x in e]))
+        if s.measure == "real":
+            own = [rounding(y) * float(np.median(w)) for y, w in zip(s.data, s.whitener.weight, strict=True)]
+            scatter = max(scatter, float(np.median(own)))
         levelled.append(replace(s, whitener=s.whitener.scaled(max(scatter, 1e-6))))
     return tuple(levelled)
 

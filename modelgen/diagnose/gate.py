@@ -10,7 +10,7 @@ import numpy as np
 
 from modelgen.diagnose.describe import described
 from modelgen.diagnose.generic import Leftover, leftover
-from modelgen.diagnose.noise import modelled_output, standing_alone
+from modelgen.diagnose.noise import first_order, modelled_output, standing_alone
 from modelgen.diagnose.oddities import lone
 from modelgen.diagnose.ranking import OUTSIDE
 from modelgen.diagnose.recolour import GROSS_ESTIMATED, beyond, own_colour
@@ -73,6 +73,7 @@ def judge_adequacy(
     stated = all(s.stated for s in setting.series)
     limit = GROSS * beyond(np.sqrt(scatter)) if stated else GROSS_ESTIMATED
     gross = many and not _smooth(setting, outcome) and np.sqrt(after) > limit
+    gross = gross and (stated or not all(map(first_order, plain)))
     left = leftover(setting.model, outcome.judge, best, sensitivities)
     far = left.gain > LEFT or gross or outcome.judge.temper > 1.0
     floor = _floor(after, scatter, sum(e.size for e in plain), stated, far)

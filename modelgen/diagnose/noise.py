@@ -48,6 +48,32 @@ def outliers(white: Array, signal: Array | None = None) -> Array:
     return marked if marked.mean() < 0.1 else np.zeros(n, dtype=bool)
 
 
+LAGS = 6
+ORDINARY = 0.01
+"""Probability below which innovations are not independent."""
+
+
+def first_order(white: Array) -> bool:
+    """Whether a residual (channels, n) may be noise of the first order, x_t = ρ x_{t−1} + independent ones:
+    these show no more correlation over LAGS samples (Ljung & Box 1978).
+
+    A law that is wrong leaves something smooth and the noise, which no first order describes.
+    """
+    from scipy.stats import chi2
+
+    total = 0.0
+    for x in white:
+        x = x[x != 0]
+        if len(x) < 4 * LAGS:
+            return False
+        x = x - x.mean()
+        u = x[1:] - (x[1:] @ x[:-1]) / (x @ x) * x[:-1]
+        n, power = len(u), float(u @ u)
+        r = np.array([float(u[k:] @ u[:-k]) for k in range(1, LAGS + 1)]) / max(power, 1e-300)
+        total += n * (n + 2) * float(np.sum(r**2 / (n - np.arange(1, LAGS + 1))))
+    return bool(chi2.sf(total, (LAGS - 1) * len(white)) > ORDINARY)
+
+
 def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
     """(n,) bool of recording k of an experiment at θ."""
     white = e.series[k].whitener.apply(e.raw(theta, k))

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from modelgen.diagnose.evidence import bic, effective, settled
-from modelgen.diagnose.noise import correlation_length, local_level
+from modelgen.diagnose.noise import correlation_length, first_order, local_level
 from modelgen.diagnose.refit import Fit, Judge, refine
 from modelgen.diagnose.setting import Setting
 from modelgen.diagnose.smooth_error import SIZES, smooth_error
@@ -121,12 +121,13 @@ def own_colour(s: Setting, judge: Judge, f: Fit) -> float:
 
 
 def gross(s: Setting, white: Sequence[Array]) -> bool:
-    """Whether the best hypothesis leaves far more than noise."""
+    """Whether the best hypothesis leaves far more than noise, and than one of the first order of which nobody
+    stated how large it is."""
     for x, e in zip(s.series, white, strict=True):
         used = e[e != 0]
         rough = float(np.median([local_scatter(channel) for channel in e]))
         limit = GROSS_STATED * beyond(rough) if x.stated else GROSS_ESTIMATED
-        if used.size and float(np.sqrt(np.mean(used**2))) > limit:
+        if used.size and float(np.sqrt(np.mean(used**2))) > limit and (x.stated or not first_order(e)):
             return True
     return False
 

@@ -27,3 +27,16 @@ def local_scatter(x: Array, order: int = 4) -> float:
     mad = float(np.median(np.abs(parts))) / 0.6745 / gain
     rms = float(np.sqrt(np.mean(parts**2))) / gain
     return max(floor, mad if mad > 0 else rms)
+
+
+def rounding(x: Array) -> float:
+    """Standard deviation of the rounding of a record x (n,) to a grid; 0 where its values are on none.
+
+    Differences of a staircase are mostly 0, which hides how far its steps are from what they stand for.
+    """
+    gaps = np.diff(np.unique(x))
+    if len(gaps) < 2:
+        return 0.0
+    step = float(gaps.min())
+    steps = gaps / step
+    return step / np.sqrt(12.0) if np.all(np.abs(steps - np.round(steps)) < 0.01) else 0.0
