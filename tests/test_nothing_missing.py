@@ -8,6 +8,8 @@ import pytest
 
 from modelgen.api import read_case
 from modelgen.diagnose import Verdict, diagnose
+from modelgen.diagnose.noise import first_order
+from modelgen.fit.scatter import rounding
 from modelgen.models import load
 
 R_E, L_E, BL, K_M, R_M = 6.2, 6e-4, 5.5, 900.0, 0.7
@@ -78,3 +80,21 @@ def test_a_bound_of_the_case_that_holds_a_parameter_is_told(tmp_path: Path) -> N
 
 def test_a_handful_of_values_has_no_resonances(tmp_path: Path) -> None:
     assert judged(tmp_path, "white", None, 1, 3).adequate
+
+
+def test_noise_of_the_first_order_is_told_from_what_is_smooth() -> None:
+    rng = np.random.default_rng(5)
+    ends, t = 0, np.linspace(0, 6, 60)
+    for _ in range(100):
+        x = np.zeros((2, 60))
+        for k in range(1, 60):
+            x[:, k] = 0.95 * x[:, k - 1] + rng.normal(size=2)
+        ends += first_order(x)
+        assert not first_order(20 * np.sin(t) + rng.normal(size=(2, 60)))
+    assert ends >= 94
+
+
+def test_rounding_is_seen_on_a_grid_only() -> None:
+    x = np.random.default_rng(6).normal(size=200)
+    assert rounding(x) == 0
+    assert rounding(np.round(x / 0.3) * 0.3) == pytest.approx(0.3 / np.sqrt(12))

@@ -190,7 +190,8 @@ def _gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
         return False
     own = _own_gain(s, judge, old, new)
     if s.model.is_time_model or len(old.ids) != 1:
-        return own > alarm
+        slow = s.model.is_time_model and own < MOSTLY * (old.bic - new.bic)  # noise of 1/f has no order
+        return own > (3 * alarm if slow else alarm)
     # a second effect in sweeps is smooth, as coloured noise is: where it may be mostly that, more is asked
     return own > (2 * alarm if own < MOSTLY * (old.bic - new.bic) else 0.0)
 
