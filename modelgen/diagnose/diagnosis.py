@@ -221,14 +221,14 @@ def _referred(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
 
 def _levelled(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
     """Where noise is not stated, its level is the scatter of the base's residual between neighbours, and no
-    less than the rounding of what was recorded."""
+    less than the rounding of what was recorded in a few samples."""
     levelled = []
     for s, e in zip(series, fit.white, strict=True):
         if s.stated or e.shape[1] < 8:
             levelled.append(s)
             continue
         scatter = float(np.median([local_scatter(x) for x in e]))
-        if s.measure == "real":
+        if s.measure == "real" and not fit.hypothesis.experiment.model.is_time_model:
             own = [rounding(y) * float(np.median(w)) for y, w in zip(s.data, s.whitener.weight, strict=True)]
             scatter = max(scatter, float(np.median(own)))
         levelled.append(replace(s, whitener=s.whitener.scaled(max(scatter, 1e-6))))

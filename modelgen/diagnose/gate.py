@@ -71,9 +71,10 @@ def judge_adequacy(
     many = plain[0].shape[1] >= 8
     scatter = float(np.mean([local_scatter(x) ** 2 for e in plain for x in e])) if many else 1.0
     stated = all(s.stated for s in setting.series)
-    limit = GROSS * beyond(np.sqrt(scatter)) if stated else GROSS_ESTIMATED
+    # a level that was estimated of the base's residual holds what the base misses from sample to sample
+    limit = GROSS * beyond(np.sqrt(scatter)) if stated else GROSS_ESTIMATED * min(1.0, np.sqrt(scatter))
     gross = many and not _smooth(setting, outcome) and np.sqrt(after) > limit
-    gross = gross and (stated or not all(map(first_order, plain)))
+    gross = gross and (stated or setting.model.is_time_model or not all(map(first_order, plain)))
     left = leftover(setting.model, outcome.judge, best, sensitivities)
     far = left.gain > LEFT or gross or outcome.judge.temper > 1.0
     floor = _floor(after, scatter, sum(e.size for e in plain), stated, far)

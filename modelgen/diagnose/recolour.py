@@ -127,7 +127,11 @@ def gross(s: Setting, white: Sequence[Array]) -> bool:
         used = e[e != 0]
         rough = float(np.median([local_scatter(channel) for channel in e]))
         limit = GROSS_STATED * beyond(rough) if x.stated else GROSS_ESTIMATED
-        if used.size and float(np.sqrt(np.mean(used**2))) > limit and (x.stated or not first_order(e)):
+        if (
+            used.size
+            and float(np.sqrt(np.mean(used**2))) > limit
+            and (s.model.is_time_model or x.stated or not first_order(e))
+        ):
             return True
     return False
 
