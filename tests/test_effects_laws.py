@@ -357,6 +357,32 @@ def test_play_of_a_linkage() -> None:
     assert np.allclose(gap, np.sign(motion["z"]) * np.maximum(np.abs(motion["z"]) - g, 0), atol=1e-12)
 
 
+def test_friction_behind_a_clearance() -> None:
+    """Across the gap no force; slip at h_g; the loop has a slider's area, and knows no rate."""
+    t = np.linspace(0, 4, 4001)
+    h, w, share = 2.0, 0.3, 0.4
+    given = {"h_g": h, "w_f": w, "share": share, "away": 1.0}
+    law = find("backlash", "force", "h_g")
+    slow = record(t, lambda x: np.sin(2 * np.pi * x))
+    fast = record(0.1 * t, lambda x: np.sin(20 * np.pi * x))
+    F = force(law, slow, **given)
+    assert np.abs(F).max() == pytest.approx(h, rel=1e-9)
+    assert np.allclose(F, force(law, fast, **given), atol=1e-4)
+    z, down = slow["z"], (t > 1.26) & (t < 1.74)  # from the top: unloading, gap, loading, slip
+    gap = down & (z < 1 - w * (1 - share)) & (z > 1 - w * (1 + share))
+    assert np.allclose(F[gap], 0, atol=1e-9) and gap.sum() > 20
+    unloading = down & (z > 1 - w * (1 - share) + 1e-9)
+    assert np.allclose(np.diff(F[unloading]), h / (w * (1 - share)) * np.diff(z[unloading]), atol=1e-4)
+    cycle = (t >= 2) & (t < 3)
+    assert np.trapezoid(F[cycle], z[cycle]) == pytest.approx(4 * h * (1 - w), rel=1e-2)
+
+
+def test_damping_along_the_stroke() -> None:
+    motion = record(np.linspace(0, 2, 400), wobble)
+    F = force(find("position_dependent_damping", "force"), motion, c_z=0.3)
+    assert np.allclose(F, 0.3 * motion["z"] * motion["v"])
+
+
 def test_a_soft_joint_is_a_spring_in_series() -> None:
     """Against the same balance solved by bisection on a grid twenty times as fine."""
     base = {"k_D": 0.5, "c_D": 0.05, "h_D": 0.2, "rho": 2.0, "F_0": 0.3}

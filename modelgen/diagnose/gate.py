@@ -30,6 +30,8 @@ EXPLAINED = 0.85
 PART = 0.5
 """The same where even the best hypothesis stays far from the data: real records hold many effects, none
 exactly."""
+SOME = 0.3
+"""The same where nothing describes the whole better than they do."""
 BETTER = 0.9
 """A description without a catalogue is taken before named effects that gain less than this share of its
 evidence."""
@@ -79,7 +81,9 @@ def judge_adequacy(
     far = left.gain > LEFT or gross or outcome.judge.temper > 1.0
     floor = _floor(after, scatter, sum(e.size for e in plain), stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
-    unknown = _unexplained(outcome, left, gross, explained)
+    unknown = _unexplained(outcome, left, gross, explained) and not _better_named(
+        setting, outcome, sensitivities, explained
+    )
     rival = _described(setting, outcome)
     other = None if unknown else _imitated(setting, outcome, sensitivities) or _line(outcome)
     notes: tuple[str, ...] = ()
@@ -144,6 +148,22 @@ def _unexplained(outcome: Outcome, left: Leftover, gross: bool, explained: float
         return not outcome.best.hypothesis.added or explained < PART
     gained = outcome.base.bic - outcome.best.bic
     return (left.gain > LEFT and left.gain > REST * gained) or (gross and explained < EXPLAINED)
+
+
+def _better_named(
+    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], explained: float
+) -> bool:
+    """Whether named effects, though they leave a part, are a better account of recordings over time than the
+    functions of displacement and speed that describe the whole: real records hold many effects, none
+    exactly."""
+    if not setting.model.is_time_model or outcome.judge.temper > 1.0 or not outcome.best.hypothesis.added:
+        return False
+    whole = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
+    terms = described(setting, outcome, whole)
+    if terms is None:
+        return False
+    gained = outcome.base.bic - outcome.best.bic
+    return gained > max(whole.gain, outcome.base.bic - terms.bic) and explained > SOME
 
 
 def _imitated(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array]) -> Leftover | None:

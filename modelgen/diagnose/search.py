@@ -17,7 +17,7 @@ from modelgen.diagnose.replica import motion_matters, replicas, undeserved
 from modelgen.diagnose.screen import Score, Tangent, score
 from modelgen.diagnose.setting import ALARM, Outcome, Progress, Setting
 from modelgen.diagnose.smooth_error import smooth_error, with_smooth
-from modelgen.diagnose.swap import better_of, swapped
+from modelgen.diagnose.swap import better_of, other_laws, swapped
 from modelgen.fit.experiment import initial_parameters
 from modelgen.fit.series import Series
 
@@ -63,18 +63,9 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
         if depth > 1:
             if progress:
                 progress(0.5 + 0.15 * depth, f"looking for {'a second' if depth == 2 else 'a third'} effect")
-            if not s.model.is_time_model:  # the colour that wrong hypotheses leave hides what would be right
-                judge = replace(white_judge(s.series), prior=judge.prior, temper=judge.temper)
-                base, best, *beam = [judge.look(f.hypothesis, f.theta) for f in (base, best, *beam)]
-            grown = grow(s, base, judge, beam, scores, first)
+            judge, base, best, grown = _deeper(s, judge, base, best, beam, scores, first)
             if not grown:
                 break
-            judge, base, grown, best = recolour_pairs(s, judge, base, grown, best)
-            if min(f.bic for f in grown) < best.bic - (0.0 if depth == 2 else ALARM):
-                more = [*grown, *_together(s, base, judge, scores, first, grown, depth)]
-                more = swapped(s, base, judge, more, scores)
-                judge, base, grown, best = recolour_pairs(s, judge, base, more, best)
-            judge, grown = _deserved(s, judge, [base, *beam], grown)
             tried |= {f.hypothesis.key: f for f in grown}
             best = min([best, *(f for f in grown if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
             grown = [f for f in grown if len(f.ids) == depth]
@@ -85,7 +76,37 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
         elif not _hidden(s, judge, best, winner, depth):
             break
         beam = sorted(grown, key=lambda f: f.bic)[: s.beam]
+    if len(best.ids) > 1 and not s.cheap:
+        laws = other_laws(s, base, judge, best, scores)
+        tried |= {f.hypothesis.key: f for f in laws}
+        best = min([best, *(f for f in laws if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
     return _concluded(s, judge, base, best, tuple(tried.values()), blind)
+
+
+def _deeper(
+    s: Setting,
+    judge: Judge,
+    base: Fit,
+    best: Fit,
+    beam: Sequence[Fit],
+    scores: Sequence[Score],
+    first: Sequence[Fit],
+) -> tuple[Judge, Fit, Fit, list[Fit]]:
+    """Judge, base and best, and fits with one effect more than those of the beam."""
+    depth = 1 + len(beam[0].ids)
+    if not s.model.is_time_model:  # the colour that wrong hypotheses leave hides what would be right
+        judge = replace(white_judge(s.series), prior=judge.prior, temper=judge.temper)
+        base, best, *beam = [judge.look(f.hypothesis, f.theta) for f in (base, best, *beam)]
+    grown = grow(s, base, judge, beam, scores, first)
+    if not grown:
+        return judge, base, best, []
+    judge, base, grown, best = recolour_pairs(s, judge, base, grown, best)
+    if min(f.bic for f in grown) < best.bic - (0.0 if depth == 2 else ALARM):
+        more = [*grown, *_together(s, base, judge, scores, first, grown, depth)]
+        more = swapped(s, base, judge, more, scores)
+        judge, base, grown, best = recolour_pairs(s, judge, base, more, best)
+    judge, grown = _deserved(s, judge, [base, *beam], grown)
+    return judge, base, best, grown
 
 
 def _together(

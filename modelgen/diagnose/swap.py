@@ -47,6 +47,16 @@ def swapped(s: Setting, base: Fit, judge: Judge, fits: Sequence[Fit], scores: Se
     return list(found.values())
 
 
+def other_laws(s: Setting, base: Fit, judge: Judge, best: Fit, scores: Sequence[Score]) -> list[Fit]:
+    """`best` with each of its effects in other laws of the same physics: a beam follows what gains first."""
+    found: list[Fit] = []
+    for a in best.hypothesis.added:
+        laws = [x for x in scores if x.addition.id == a.id and x.addition.port.name == a.port.name]
+        if len(laws) > 1:
+            found += _exchanges(s, base, judge, best, a, laws)
+    return found
+
+
 def _keep(found: dict[Key, Fit], fits: Sequence[Fit]) -> None:
     """Put into `found` what is new, or better than what it has."""
     for f in fits:

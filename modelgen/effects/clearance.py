@@ -7,7 +7,7 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, add, unit_of
-from modelgen.effects.softening import moved_rate
+from modelgen.effects.softening import moved_input, moved_rate
 from modelgen.language import Abs, Equation, Max, Model, Parameter, Piecewise, Port, State, Statement, sign
 
 MOTION = ("z", "v", "z_prev", "z_turn")
@@ -56,7 +56,8 @@ def _play(*gaps: Callable[[Values], Any], name: str, dashpot: bool = True) -> Ap
     def apply(model: Model, port: Port, p: Values) -> Model:
         z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
         names = [name] if len(gaps) == 1 else [f"{name}_{k}" for k in range(len(gaps))]
-        plays = [_lagging(model, port, n, g(p)) for n, g in zip(names, gaps, strict=True)]
+        drive = (z, z_prev, z_turn)
+        plays = [_lagging(model, drive, n, g(p)) for n, g in zip(names, gaps, strict=True)]
         model = model.with_parameters(AWAY)
         turn, before, lag, touching = (sum(x) / len(gaps) for x in zip(*(q.says for q in plays), strict=True))
         between = tuple(s for q in plays for s in q.statements)
@@ -75,9 +76,10 @@ class _Lagging:
     says: tuple[Any, Any, Any, Any]
 
 
-def _lagging(model: Model, port: Port, name: str, g: Any) -> _Lagging:
-    z, _, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
-    unit = unit_of(model, port["z"])
+def _lagging(model: Model, drive: tuple[Any, Any, Any], name: str, g: Any) -> _Lagging:
+    """The play of half the gap g behind the motion `drive`: z now, one sample before, where it turns."""
+    z, z_prev, z_turn = drive
+    unit = moved_input(model).unit
     lag = Symbol(f"{name}_lag", real=True)  # of the driven side behind the driving one, within ±g
 
     def play(lag: Any, dz: Any) -> Any:
@@ -119,6 +121,34 @@ loose_spring = Effect(
     _play(lambda p: p["g_s"], name="loose", dashpot=False),
     needs=MOTION,
     secant=True,
+    common=0.5,
+)
+
+
+def _gapped_friction(model: Model, port: Port, p: Values) -> Model:
+    """A slider behind a spring with a gap: the way of the drive ahead of the slider is a play's."""
+    play = _lagging(model, (port["z"], port["z_prev"], port["z_turn"]), "gapped", p["w_f"])
+    ahead = -play.statements[-1].symbol / p["w_f"]
+    r = (ahead - _within(ahead, p["share"])) / (1 - p["share"])
+    return model.with_parameters(AWAY).extend(
+        port.equation, lambda F: F + p["h_g"] * r, statements=play.statements
+    )
+
+
+gapped_friction = Effect(
+    "backlash",
+    ("force",),
+    "friction acts through a linkage with play: after each reversal its force falls to zero, stays there "
+    "across the gap, and rises the other way",
+    "W. D. Iwan, J. Appl. Mech. 33 (1966) 893: spring and slider; its spring with the dead zone of A. H. "
+    "Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 4.1",
+    (Strength("h_g", "{port}", text="friction force"),),
+    _gapped_friction,
+    (
+        Shape("w_f", "{z}", "displacement", 0.02, 0.7, 5, text="way from the middle of the gap to slip"),
+        Shape("share", "1", "1", 0.1, 0.95, 3, log=False, text="half of the gap over that way"),
+    ),
+    needs=("z", "z_prev", "z_turn"),
     common=0.5,
 )
 
@@ -198,5 +228,6 @@ gradual_backlash = Effect(
 )
 
 EFFECTS = (
-    backlash, loose_spring, dead_zone, gradual_backlash, _stop(1), _stop(-1), _round_stop(1), _round_stop(-1)
+    backlash, loose_spring, dead_zone, gradual_backlash, gapped_friction,
+    _stop(1), _stop(-1), _round_stop(1), _round_stop(-1),
 )  # fmt: skip

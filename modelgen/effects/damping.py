@@ -43,6 +43,19 @@ asymmetric_damping = Effect(
 )
 
 
+position_damping = Effect(
+    "position_dependent_damping",
+    ("force",),
+    "the dashpot grows or falls along the stroke, as in a damper with a metering pin or a cylinder that "
+    "isn't round",
+    "J. C. Dixon, The Shock Absorber Handbook (2007), ch. 5: position-dependent damping",
+    (Strength("c_z", "{port}/(({v})*({z}))", bounds=ANY, text="slope of the damping coefficient"),),
+    add(lambda at, p: p["c_z"] * at["z"] * at["v"]),
+    needs=("z", "v"),
+    common=0.5,
+)
+
+
 def _power_law_damping(model: Model, port: Port, p: Values) -> Model:
     unit = Parameter("unit_speed", _unit(model, port), 1.0, (0.5, 2.0), "the unit of speed", known=True)
     v = port["v"]
@@ -74,4 +87,4 @@ power_law_damping = Effect(
     common=0.5,
 )
 
-EFFECTS = (viscous_force, quadratic_damping, asymmetric_damping, power_law_damping)
+EFFECTS = (viscous_force, quadratic_damping, asymmetric_damping, position_damping, power_law_damping)
