@@ -16,7 +16,7 @@ from modelgen.diagnose.gate import Gate, judge_adequacy, modelled
 from modelgen.diagnose.generic import Leftover
 from modelgen.diagnose.holdout import Held, look_at_holdout
 from modelgen.diagnose.locate import locate
-from modelgen.diagnose.ranking import Standing, standings, weights, with_parts
+from modelgen.diagnose.ranking import Standing, standings, weights
 from modelgen.diagnose.refit import Fit, plain_white
 from modelgen.diagnose.search import claimless
 from modelgen.diagnose.setting import CLOSE, Outcome, Setting
@@ -41,7 +41,6 @@ def conclude(
     sensitivities = port_sensitivities(setting, outcome.base)
     outcome = with_rivals(setting, outcome)
     gate = judge_adequacy(setting, outcome, sensitivities, oddity)
-    outcome = outcome if gate.unknown else with_parts(setting, outcome)
     standing = standings(outcome) if not gate.unknown else ()
     best = outcome.best
     if gate.unknown:

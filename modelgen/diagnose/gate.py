@@ -31,7 +31,7 @@ PART = 0.5
 """The same where even the best hypothesis stays far from the data: real records hold many effects, none
 exactly."""
 SOME = 0.3
-"""The same where nothing describes the whole better than they do."""
+"""The same where no description of the whole is better than they are."""
 BETTER = 0.9
 """A description without a catalogue is taken before named effects that gain less than this share of its
 evidence."""
@@ -163,7 +163,7 @@ def _better_named(
     if terms is None:
         return False
     gained = outcome.base.bic - outcome.best.bic
-    return gained > max(whole.gain, outcome.base.bic - terms.bic) and explained > SOME
+    return gained > max(whole.gain, outcome.base.bic - terms.bic) - CLOSE and explained > SOME
 
 
 def _imitated(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array]) -> Leftover | None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from modelgen.diagnose.hypothesis import Addition, make_hypotheses
-from modelgen.diagnose.refit import Fit, plain_white
-from modelgen.diagnose.setting import ALARM, CLOSE, TEMPER, Outcome, Setting
+from modelgen.diagnose.hypothesis import Addition
+from modelgen.diagnose.refit import Fit, misfit
+from modelgen.diagnose.setting import ALARM, CLOSE, TEMPER, Outcome
 
 Key = tuple[str, str, int]
 
@@ -138,26 +138,12 @@ def _price(f: Fit, best: Fit) -> float:
     return max(0.0, f.bic - best.bic + ALARM * (len(f.ids) - len(best.ids)))
 
 
-def with_parts(s: Setting, outcome: Outcome) -> Outcome:
-    """The outcome with the best hypothesis less each of its effects among what was tried: by what then goes
-    they are ordered."""
-    best, known = outcome.best, {f.hypothesis.key for f in outcome.tried}
-    parts = [tuple(b for b in best.hypothesis.added if b is not a) for a in best.hypothesis.added]
-    missing = [p for p in parts if p and frozenset(b.key for b in p) not in known]
-    made = make_hypotheses(s.model, s.case, s.series, missing)
-    fits = [outcome.judge.fit(h, [h.place(best.hypothesis, best.theta, {})]) for h in made]
-    return replace(outcome, tried=(*outcome.tried, *fits))
-
-
 def _share(outcome: Outcome, a: Addition) -> float:
     """The part of the explained misfit that is back when this effect alone is left out of the best
     hypothesis: of the misfit as it stands in the recordings, whatever the colour of what is left."""
     best = outcome.best
     without = [f for f in outcome.tried if f.hypothesis.key == best.hypothesis.key - {a.key}]
     without = without or [outcome.base]
-    after, level, before = map(_misfit, (best, min(without, key=lambda f: f.chi2), outcome.base))
+    after, level, before = map(misfit, (best, min(without, key=lambda f: f.chi2), outcome.base))
     return float(np.clip((level - after) / (before - after), 0.0, 1.0)) if before > after else 1.0
 
-
-def _misfit(f: Fit) -> float:
-    return float(sum(np.sum(e**2) for e in plain_white(f)))

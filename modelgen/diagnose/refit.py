@@ -52,6 +52,11 @@ def plain_white(fit: Fit) -> list[Array]:
     return [replace(s.whitener, ar=None).apply(e.raw(fit.theta, k)) for k, s in enumerate(e.series)]
 
 
+def misfit(fit: Fit) -> float:
+    """Sum of squares of residuals over the noise's level, whatever the colour of what is left."""
+    return float(sum(np.sum(e**2) for e in plain_white(fit)))
+
+
 @dataclass(frozen=True)
 class Judge:
     """What all hypotheses are fitted and compared under: whiteners and priors on the noise level.

@@ -12,12 +12,12 @@ from modelgen.diagnose.grow import grow
 from modelgen.diagnose.hypothesis import Addition, Hypothesis, make_hypotheses
 from modelgen.diagnose.joint import joint
 from modelgen.diagnose.recolour import gross, judged_anew, own_colour, recolour, recolour_pairs
-from modelgen.diagnose.refit import Fit, Judge, base_starts, plain_white
+from modelgen.diagnose.refit import Fit, Judge, base_starts, misfit, plain_white
 from modelgen.diagnose.replica import motion_matters, replicas, undeserved
 from modelgen.diagnose.screen import Score, Tangent, score
 from modelgen.diagnose.setting import ALARM, Outcome, Progress, Setting
 from modelgen.diagnose.smooth_error import smooth_error, with_smooth
-from modelgen.diagnose.swap import better_of, other_laws, swapped
+from modelgen.diagnose.swap import better_of, other_laws, parts, swapped
 from modelgen.fit.experiment import initial_parameters
 from modelgen.fit.series import Series
 
@@ -25,6 +25,9 @@ WORTH = 0.9
 """Where models stay far from the data, an effect must take away a tenth of the misfit to be named."""
 IMPERFECT = 0.005
 """Share of the evidence so far that a law of the right family leaves, seven percent off: no second effect."""
+SEEN = 0.998
+"""Where far more than noise is left, a further effect must be seen in the recordings as they are, and not
+only in what a filter of that rest leaves of them."""
 MOSTLY = 0.25
 """Share of the evidence that coloured noise must leave, or it may be that."""
 FAR = 2.3
@@ -80,7 +83,21 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
         laws = other_laws(s, base, judge, best, scores)
         tried |= {f.hypothesis.key: f for f in laws}
         best = min([best, *(f for f in laws if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
-    return _concluded(s, judge, base, best, tuple(tried.values()), blind)
+    best, less = _pruned(s, judge, base, best)
+    return _concluded(s, judge, base, best, tuple(better_of(list(tried.values()), less)), blind)
+
+
+def _pruned(s: Setting, judge: Judge, base: Fit, best: Fit) -> tuple[Fit, list[Fit]]:
+    """`best` without effects that it no longer needs, as those that came later say the same better; and all
+    that was fitted to see it."""
+    found: list[Fit] = []
+    while True:
+        less = parts(s, judge, best)
+        found += less
+        part = min(less, key=lambda f: f.bic, default=best)
+        if part is best or _gains(s, judge, base, part, best):
+            return best, found
+        best = part
 
 
 def _deeper(
@@ -208,6 +225,8 @@ def _gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
         return old.bic - new.bic > alarm and new.chi2 < WORTH * old.chi2
     undeserved = judge.excess.get(new.hypothesis.key, 0.0) - judge.excess.get(old.hypothesis.key, 0.0)
     if old.bic - new.bic < alarm + max(0.0, undeserved) + IMPERFECT * max(0.0, base.bic - old.bic):
+        return False
+    if old.ids and _far(new) and misfit(new) > SEEN * misfit(old):
         return False
     own = _own_gain(s, judge, old, new)
     if s.model.is_time_model or len(old.ids) != 1:

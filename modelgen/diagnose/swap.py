@@ -57,6 +57,14 @@ def other_laws(s: Setting, base: Fit, judge: Judge, best: Fit, scores: Sequence[
     return found
 
 
+def parts(s: Setting, judge: Judge, best: Fit) -> list[Fit]:
+    """`best` less each of its effects, fitted from where it is."""
+    added = best.hypothesis.added
+    less = [tuple(b for b in added if b is not a) for a in added] if len(added) > 1 else []
+    made = make_hypotheses(s.model, s.case, s.series, less)
+    return [judge.fit(h, [h.place(best.hypothesis, best.theta, {})]) for h in made]
+
+
 def _keep(found: dict[Key, Fit], fits: Sequence[Fit]) -> None:
     """Put into `found` what is new, or better than what it has."""
     for f in fits:

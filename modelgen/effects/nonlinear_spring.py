@@ -63,10 +63,10 @@ def _magnet(side: int) -> Effect:
     return Effect(
         "magnetic_pull",
         ("force",),
-        f"a magnet at {where} z pulls with one over the gap squared",
+        f"a magnet at {where} z pulls (or repels) with one over the gap squared",
         "J. C. Maxwell's stress B²/(2μ_0): e.g. H. H. Woodson, J. R. Melcher, Electromechanical Dynamics "
         "(1968), ch. 3",
-        (Strength(f"P_{end}", "{port}", text="pull at z = 0"),),
+        (Strength(f"P_{end}", "{port}", bounds=ANY, text="pull at z = 0; negative: it repels"),),
         add(_pull(side)),
         (Shape(f"g_{end}", "{z}", "displacement", 1.05, 10.0, 8, text="gap at z = 0"),),
         needs=("z",),

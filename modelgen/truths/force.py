@@ -106,7 +106,7 @@ class ForceScene:
         if s := e.get("end_stop"):
             F += s["side"] * s["size"] * np.maximum(s["side"] * x - s["at"], 0) ** s["power"]
         if s := e.get("magnetic_pull"):
-            F -= s["size"] * (1 / (1 - x / s["gap"]) ** 2 - 1)
+            F -= np.sign(s["gap"]) * s["size"] * (1 / (1 - x / s["gap"]) ** 2 - 1)
         if s := e.get("novel:position_periodic"):
             F += s["size"] * np.sin(2 * np.pi * p.x / s["pitch"] + s["phase"])
         return F * self._scale()
