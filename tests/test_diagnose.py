@@ -1,6 +1,7 @@
 """The diagnosis on concealed effects made by other numerics, on nothing missing, and on what no catalogue
 holds."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,17 @@ def test_a_concealed_effect_is_named_and_the_hold_out_predicted(
     assert family(v.effects[0].id) == family(effect) or effect in v.effects[0].equivalents
     assert v.after.fit < v.before.fit
     assert v.after.holdout_over_noise < 1.25
+
+
+@pytest.mark.parametrize("unit", ["nm", "km"])
+def test_a_sample_of_any_size_has_the_same_physics(tmp_path: Path, unit: str) -> None:
+    secret = draw(3, kind="single", domain="force", effect="cubic_stiffness", d2=(800, 2000))
+    case = write_case(secret, tmp_path)
+    case.write_text(re.sub(r"^z = .*$", "", case.read_text(), flags=re.M))
+    for file in tmp_path.glob("*.csv"):
+        file.write_text(file.read_text().replace("z [mm]", f"z [{unit}]"))
+    v = diagnose(read_case(case), load("modified_dahl"))
+    assert [e.id for e in v.effects] == ["cubic_stiffness"]
 
 
 @pytest.mark.parametrize(

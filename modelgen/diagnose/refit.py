@@ -9,6 +9,7 @@ import numpy as np
 
 from modelgen.diagnose.evidence import Level, Smooth, bic
 from modelgen.diagnose.hypothesis import Hypothesis, centre
+from modelgen.diagnose.own_units import in_own_units
 from modelgen.errors import InputError
 from modelgen.fit import GaussNewton
 from modelgen.fit.experiment import Layout
@@ -134,17 +135,17 @@ def free(layout: Layout, theta: Array, shapes: Collection[str] = ()) -> int:
 
 
 def base_starts(h: Hypothesis, seed: int, count: int = 8) -> list[Array]:
-    """Starts for the base: its defaults, and points spread over the bounds of parameters that have finite
-    ones.
+    """Starts for the base: its defaults, ones in the recordings' own units, points spread over the bounds.
 
-    Parameters with bounds many decades apart are spread by the logarithm; those without bounds stay at their
-    defaults.
+    Parameters with bounds many decades apart, or none, are spread by the logarithm about both in turn.
     """
     p = h.experiment.layout.parameters
-    default = np.array([q.default if q.default is not None else centre(q) for q in p])
+    defaults = np.array([q.default if q.default is not None else centre(q) for q in p])
+    own = in_own_units(h.experiment, defaults)
     rng = np.random.default_rng(seed)
-    starts = [default]
-    for _ in range(count - 1):
+    starts = [defaults, own]
+    for turn in range(count - len(starts)):
+        default = starts[turn % 2]
         x = default.copy()
         for k, q in enumerate(p):
             low, high = q.bounds
@@ -155,7 +156,7 @@ def base_starts(h: Hypothesis, seed: int, count: int = 8) -> list[Array]:
             else:
                 x[k] = rng.uniform(low, high)
         starts.append(x)
-    return starts
+    return starts[:count]
 
 
 def refine(judge: Judge, fits: Sequence[Fit]) -> list[Fit]:

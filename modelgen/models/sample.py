@@ -32,7 +32,7 @@ a = acceleration_of(z, "a", "mm/s**2")
 k_D = Parameter("k_D", "N/mm", 0.3834, (0.0, ANY), "stiffness, searched from 0 to 1.2", TABLE_4)
 c_D = Parameter("c_D", "N*s/mm", 0.0912, (0.0, ANY), "damping, searched from 0 to 1.8", TABLE_4)
 h_D = Parameter("h_D", "N", 0.0353, (0.0, ANY), "Coulomb friction, searched from 0 to 0.7", TABLE_4)
-rho = Parameter("rho", "1/mm", 1.46, (1e-3, 1e3), "σ/h_D, searched from 1 to 2", TABLE_4)
+rho = Parameter("rho", "1/mm", 1.46, (1e-9, 1e9), "σ/h_D, searched from 1 to 2", TABLE_4)
 F_0 = Parameter("F_0", "N", 1.3, (-ANY, ANY), "offset in the force", TABLE_4)
 r_0 = Parameter("r_0", "1", -1.0, (-1.0, 1.0), "friction state at the first sample", "MRE paper, sec. 4")
 
