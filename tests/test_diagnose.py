@@ -2,6 +2,7 @@
 holds."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -178,3 +179,18 @@ def test_the_same_case_gives_the_same_verdict(tmp_path: Path) -> None:
     a, b = (diagnose(case, load(case.model)) for _ in range(2))
     assert [e.id for e in a.effects] == [e.id for e in b.effects]
     assert np.allclose([p.value for p in a.parameters], [p.value for p in b.parameters], rtol=1e-9)
+
+
+def test_held_out_recordings_decide_nothing(tmp_path: Path) -> None:
+    """Not even where they contradict what the others say."""
+    secret = draw(7, kind="single", domain="impedance", effect="eddy_shunt", d2=(100, 300))
+    case = read_case(write_case(secret, tmp_path))
+    upset = [
+        r if r.role == "fit" else replace(r, outputs={k: 1.5 * x for k, x in r.outputs.items()})
+        for r in case.recordings
+    ]
+    model = load(case.model)
+    a, b = (diagnose(c, model) for c in (case, replace(case, recordings=tuple(upset))))
+    assert b.after.holdout_over_noise > 10 * a.after.holdout_over_noise
+    assert any("held-out" in n for n in b.notes) == (b.after.holdout_over_noise > b.before.holdout_over_noise)
+    assert [(e.id, e.probability) for e in a.effects] == [(e.id, e.probability) for e in b.effects]

@@ -481,8 +481,24 @@ def test_drifts_start_at_the_first_sample_and_settle() -> None:
     assert np.allclose(F, 0.2 * 5 * (1 - np.exp(-(t - 100) / 5)))
     F = force(find("temperature_drift", "spring"), motion, {"k_D": 2.0}, beta=-0.01, tau=1e6)
     assert np.allclose(F, 2 * motion["z"] * (1 - 0.01 * (t - 100)), rtol=1e-4, atol=1e-9)
+    base = {"k_D": 2.0, "h_D": 0.3, "r_0": 0.2}
+    F = force(find("temperature_drift", "spring", "beta_w"), motion, base, beta_w=-0.01, tau_w=1e6)
+    whole = force(find("inertia", "force"), motion, base, M=0.0)
+    assert np.allclose(F, whole * (1 - 0.01 * (t - 100)), rtol=1e-4, atol=1e-9)
     old, new = at_port(find("temperature_drift", "electrical_impedance"), dR=0.01, n_R=1e6)
     assert np.allclose(new - old, 0.01 * np.arange(len(f)), rtol=1e-4)
+
+
+def test_a_softer_loop_keeps_its_shape() -> None:
+    low = replace(load("complex_stiffness"), checked=True)
+    law = find("temperature_drift", "shown_cycle")
+    given = {"f": np.geomspace(0.3, 9, 30)}
+    before = Reading(low)(given, A_z=0.5)
+    after = Reading(law.extend(low, law.fits(low)[0]))(
+        given, A_z=0.5, temperature_drift_dA=-0.01, temperature_drift_n_A=1e7
+    )
+    assert np.allclose(after["k_s"] / before["k_s"], 1 - 0.01 * np.arange(30), rtol=1e-4)
+    assert np.allclose(after["loss_angle"], before["loss_angle"], rtol=1e-9)
 
 
 CYCLE_LAWS = {

@@ -146,4 +146,3 @@ def _share(outcome: Outcome, a: Addition) -> float:
     without = without or [outcome.base]
     after, level, before = map(misfit, (best, min(without, key=lambda f: f.chi2), outcome.base))
     return float(np.clip((level - after) / (before - after), 0.0, 1.0)) if before > after else 1.0
-

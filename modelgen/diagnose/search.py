@@ -183,12 +183,6 @@ def _concluded(
     return Outcome(judge, base, chosen, tuple(fits), blind)
 
 
-def claimless(s: Setting, outcome: Outcome) -> Outcome:
-    """The outcome if none of what was tried is claimed."""
-    o = outcome
-    return _concluded(s, o.judge, o.base, o.base, o.tried, o.blind)
-
-
 def _deserved(s: Setting, judge: Judge, parents: Sequence[Fit], fits: list[Fit]) -> tuple[Judge, list[Fit]]:
     """Take from the best of `fits` what errors of the motion give them beside the parent they grew from."""
     if judge.temper > 1.0 or not s.model.is_time_model or not motion_matters(s.series):

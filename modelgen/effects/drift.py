@@ -1,5 +1,6 @@
 """What changes while a record is taken: zero points, temperatures."""
 
+from dataclasses import replace
 from typing import Any
 
 from sympy import Symbol
@@ -14,14 +15,15 @@ SETTLES = Shape(
 )
 
 
-def _settling(id: str, model: Model, port: Port, p: Values, change: Any) -> Model:
+def _settling(id: str, model: Model, port: Port, tau: Parameter, change: Any) -> Model:
     """The port's quantity x becomes change(x, s), where s grows from 0 as the time since the start, and
     settles at τ."""
     start = State(
         f"{id}_t_0", port["t"], Symbol(f"{id}_t_0", real=True), unit="s", text="time of the first sample"
     )
-    s = p["tau"] * (1 - exp(-(port["t"] - start) / p["tau"]))
-    return model.extend(port.equation, lambda x: change(x, s), statements=(start,))
+    s = tau * (1 - exp(-(port["t"] - start) / tau))
+    timed = () if any(q.name == start.name for q in model.statements) else (start,)
+    return model.extend(port.equation, lambda x: change(x, s), statements=timed)
 
 
 offset_drift = Effect(
@@ -30,7 +32,7 @@ offset_drift = Effect(
     "the zero point of the force drifts in the course of the record",
     "first-order settling, e.g. of a strain-gauge bridge as it warms up",
     (Strength("d", "{port}/s", bounds=ANY, text="rate of the drift at the start"),),
-    lambda model, port, p: _settling("offset_drift", model, port, p, lambda F, s: F + p["d"] * s),
+    lambda model, port, p: _settling("offset_drift", model, port, p["tau"], lambda F, s: F + p["d"] * s),
     (SETTLES,),
     needs=("t",),
 )
@@ -70,7 +72,7 @@ temperature_drift = Effect(
     "L. R. G. Treloar, The Physics of Rubber Elasticity (1975), ch. 2; Newton's law of cooling",
     (Strength("beta", "1/s", bounds=ANY, text="relative rate of change of the stiffness at the start"),),
     lambda model, port, p: _settling(
-        "temperature_drift", model, port, p, lambda k, s: k * (1 + p["beta"] * s)
+        "temperature_drift", model, port, p["tau"], lambda k, s: k * (1 + p["beta"] * s)
     ),
     (SETTLES,),
     needs=("t",),
@@ -127,4 +129,48 @@ spring_warming = Effect(
     common=0.5,
 )
 
-EFFECTS = (offset_drift, wandering_zero, temperature_drift, coil_warming, spring_warming)
+WHOLE = (
+    "the material gets softer (or harder) in the course of the record, as it warms up: spring and friction"
+)
+
+
+def _softer(model: Model, port: Port, p: Values) -> Model:
+    for at in (port, *(q for q in model.ports if q.kind == "friction")):
+        model = _settling("material_warming", model, at, p["tau_w"], lambda x, s: x * (1 + p["beta_w"] * s))
+    return model
+
+
+material_warming = replace(
+    temperature_drift,
+    says=WHOLE,
+    strengths=(replace(temperature_drift.strengths[0], name="beta_w"),),
+    apply=_softer,
+    shapes=(replace(SETTLES, name="tau_w"),),
+    also=("friction",),
+    common=0.5,
+)
+
+
+def _softer_loop(model: Model, port: Port, p: Values) -> Model:
+    for name in (port.equation, port["h_s"].name):
+        at = replace(port, equation=name)
+        model = _in_order(model, at, p["n_A"], lambda F, s: F * (1 + p["dA"] * s))
+    return model
+
+
+loop_warming = Effect(
+    "temperature_drift",
+    ("shown_cycle",),
+    WHOLE,
+    temperature_drift.source,
+    (Strength("dA", "1", bounds=ANY, text="relative change of the force per sample at the start"),),
+    _softer_loop,
+    (_settles_in("n_A"),),
+    needs=("h_s",),
+    common=0.5,
+)
+
+EFFECTS = (
+    offset_drift, wandering_zero, temperature_drift, material_warming,
+    coil_warming, spring_warming, loop_warming,
+)  # fmt: skip
