@@ -491,7 +491,7 @@ def test_drifts_start_at_the_first_sample_and_settle() -> None:
 
 def test_a_softer_loop_keeps_its_shape() -> None:
     low = replace(load("complex_stiffness"), checked=True)
-    law = find("temperature_drift", "shown_cycle")
+    law = find("temperature_drift", "cycle")
     given = {"f": np.geomspace(0.3, 9, 30)}
     before = Reading(low)(given, A_z=0.5)
     after = Reading(law.extend(low, law.fits(low)[0]))(

@@ -152,7 +152,7 @@ material_warming = replace(
 
 
 def _softer_loop(model: Model, port: Port, p: Values) -> Model:
-    for name in (port.equation, port["h_s"].name):
+    for name in (port.equation, port["F_mid"].name, port["energy"].name):
         at = replace(port, equation=name)
         model = _in_order(model, at, p["n_A"], lambda F, s: F * (1 + p["dA"] * s))
     return model
@@ -160,13 +160,13 @@ def _softer_loop(model: Model, port: Port, p: Values) -> Model:
 
 loop_warming = Effect(
     "temperature_drift",
-    ("shown_cycle",),
+    ("cycle",),
     WHOLE,
     temperature_drift.source,
     (Strength("dA", "1", bounds=ANY, text="relative change of the force per sample at the start"),),
     _softer_loop,
     (_settles_in("n_A"),),
-    needs=("h_s",),
+    needs=("F_mid", "energy"),
     common=0.5,
 )
 
