@@ -23,8 +23,8 @@ from modelgen.fit.series import Series
 
 WORTH = 0.9
 """Where models stay far from the data, an effect must take away a tenth of the misfit to be named."""
-IMPERFECT = 0.005
-"""Share of the evidence so far that a law of the right family leaves, seven percent off: no second effect."""
+IMPERFECT = 0.01
+"""Share of the evidence so far that a law of the right family leaves, a tenth off: no second effect."""
 SEEN = 0.998
 """Where far more than noise is left, a further effect must be seen in the recordings as they are, and not
 only in what a filter of that rest leaves of them."""
