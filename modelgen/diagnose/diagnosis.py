@@ -12,9 +12,11 @@ import numpy as np
 from modelgen.diagnose.conclude import conclude
 from modelgen.diagnose.generic import Leftover
 from modelgen.diagnose.hypothesis import Hypothesis, additions, make_hypotheses
+from modelgen.diagnose.mirrored import mirrored
 from modelgen.diagnose.noise import masked, outliers_of
 from modelgen.diagnose.oddities import hum, mains, saturation
 from modelgen.diagnose.refit import Fit, Judge, base_starts
+from modelgen.diagnose.resolved import unresolved
 from modelgen.diagnose.scales import port_scale, record_scales
 from modelgen.diagnose.search import search, white_judge
 from modelgen.diagnose.setting import Outcome, Progress, Setting
@@ -26,7 +28,7 @@ from modelgen.fit import PSO
 from modelgen.fit.experiment import experiment
 from modelgen.fit.motion import errors_in_motion
 from modelgen.fit.problem import Problem
-from modelgen.fit.scatter import local_scatter, rounding
+from modelgen.fit.scatter import local_scatter, rounding, stands
 from modelgen.fit.series import Array, Series, make_series
 from modelgen.language import Model
 from modelgen.recordings import Case
@@ -70,7 +72,8 @@ def diagnose(
         progress(0.02, "reading")
     case, notes = thin(model, case)
     ground = prepare(model, case, seed)
-    ground = replace(ground, notes=(*notes, *ground.notes))
+    seen = (*unresolved(model, ground.series), *mirrored(model, case, ground.base, seed))
+    ground = replace(ground, notes=(*notes, *seen, *ground.notes))
     if progress:
         progress(0.15, "base fitted")
     setting = set_up(model, case, ground, catalogue)
@@ -221,14 +224,15 @@ def _referred(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
 
 def _levelled(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
     """Where noise is not stated, its level is the scatter of the base's residual between neighbours, and no
-    less than the rounding of what was recorded in a few samples."""
+    less than the rounding of what was recorded in a few samples, or in steps that last."""
     levelled = []
+    over_time = fit.hypothesis.experiment.model.is_time_model
     for s, e in zip(series, fit.white, strict=True):
         if s.stated or e.shape[1] < 8:
             levelled.append(s)
             continue
         scatter = float(np.median([local_scatter(x) for x in e]))
-        if s.measure == "real" and not fit.hypothesis.experiment.model.is_time_model:
+        if s.measure == "real" and (not over_time or all(map(stands, s.data))):
             own = [rounding(y) * float(np.median(w)) for y, w in zip(s.data, s.whitener.weight, strict=True)]
             scatter = max(scatter, float(np.median(own)))
         levelled.append(replace(s, whitener=s.whitener.scaled(max(scatter, 1e-6))))

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from modelgen.fit.experiment import Experiment
+from modelgen.fit.scatter import rounding, stands
 from modelgen.fit.series import Array, Series
 
 GROSS = 6.0
@@ -20,10 +21,11 @@ MISSED = 0.2
 of a narrow resonance."""
 
 
-def outliers(white: Array, signal: Array | None = None) -> Array:
+def outliers(white: Array, signal: Array | None = None, least: float = 0.0) -> Array:
     """(n,) bool: samples that stand alone far off their neighbours in a whitened residual (channels, n).
 
-    signal: the model's own output, whitened alike, where a few samples may hold a resonance.
+    signal: the model's own output, whitened alike, where a few samples may hold a resonance. least: standard
+    deviation, whitened alike, of what any sample may be off by: the rounding of a record that mostly stands.
     """
     n = white.shape[1]
     if n < 15:
@@ -39,7 +41,7 @@ def outliers(white: Array, signal: Array | None = None) -> Array:
             np.abs(np.lib.stride_tricks.sliding_window_view(np.pad(alone, 10, mode="reflect"), 21)), axis=1
         )
         scale = np.where(local > 2 * level, 1.5 * local, level)
-        scale = np.maximum(scale, 1e-12 * (np.abs(alone).max() or 1.0))
+        scale = np.maximum(scale, max(least, 1e-12 * (np.abs(alone).max() or 1.0)))
         far += (alone / scale) ** 2
         near += (alone / np.hypot(scale, peaks)) ** 2
     marked = far > GROSS**2
@@ -76,8 +78,14 @@ def first_order(white: Array) -> bool:
 
 def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
     """(n,) bool of recording k of an experiment at θ."""
-    white = e.series[k].whitener.apply(e.raw(theta, k))
-    return outliers(white, None if e.model.is_time_model else modelled_output(e, theta, k))
+    s = e.series[k]
+    white = s.whitener.apply(e.raw(theta, k))
+    if s.measure != "real" or not e.model.is_time_model:
+        return outliers(white, modelled_output(e, theta, k))
+    steps = [
+        rounding(y) * float(np.median(w)) for y, w in zip(s.data, s.whitener.weight, strict=True) if stands(y)
+    ]
+    return outliers(white, least=max(steps, default=0.0))
 
 
 def off_neighbours(x: Array) -> Array:

@@ -40,3 +40,8 @@ def rounding(x: Array) -> float:
     step = float(gaps.min())
     steps = gaps / step
     return step / np.sqrt(12.0) if np.all(np.abs(steps - np.round(steps)) < 0.01) else 0.0
+
+
+def stands(x: Array) -> bool:
+    """Whether a record x (n,) mostly stays where it was a sample ago: a staircase, of treads not of jumps."""
+    return bool(np.count_nonzero(np.diff(x)) < len(x) / 2)
