@@ -26,6 +26,10 @@ from modelgen.truths import draw, write_case
             202700305, "novel", "gmm", "novel:cavity_comb", "white", 1.5, {"unknown_mechanical"},
             id="one member of a row is in the band, and narrow",
         ),
+        pytest.param(
+            9009, "variant", "impedance", "lossy_rod", "white", 3.0, {"distributed_rod"},
+            id="waves in a heavy spring, from a base that is bent to them",
+        ),
     ],
 )  # fmt: skip
 def test_it_is_found_all_the_same(

@@ -23,6 +23,10 @@ SETTLED, FINE = 1e-6, 1e-8
 those of LONG steps or more."""
 AHEAD = 1.2
 """Those within this factor of the best one's r·r go on."""
+LOST = 2.0
+"""χ² per sample, beyond which what descents have found may be far from the best there is."""
+EASED = 6
+"""Descents that go on as if all errors were independent."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,20 +78,38 @@ class Judge:
     excess: Mapping[frozenset[tuple[str, str, int]], float] = field(default_factory=dict)
     smooth: Smooth | None = None
 
-    def fit(self, h: Hypothesis, starts: Iterable[Array], iterations: int = 60, worth: float = np.inf) -> Fit:
-        """The best of local fits from `starts`; of several, those go on that a few steps have brought far,
-        and none that is not below `worth` (r·r) by then."""
+    def fit(
+        self,
+        h: Hypothesis,
+        starts: Iterable[Array],
+        iterations: int = 60,
+        worth: float = np.inf,
+        few: int = 1,
+    ) -> Fit:
+        """The best of local fits from `starts`; of several, those go on that a few steps have brought far (a
+        `few` at any rate), and none that is not below `worth` (r·r) by then."""
         begun = [np.asarray(x) for x in starts]
         running = [x for x in begun if np.all(np.isfinite(x))]
         ends: list[tuple[float, Array]] = []
         if (len(running) > 1 or worth < np.inf) and iterations > SPRINT:
-            ends = sorted(self._descents(h, running, SPRINT), key=lambda e: e[0])
-            running = [
-                x for k, (value, x) in enumerate(ends)
-                if value <= min(AHEAD * ends[0][0], worth) and (k == 0 or value > (1 + 1e-6) * ends[k - 1][0])
-            ]  # fmt: skip
+            ends = self._descents(h, running, SPRINT)
+            if self._lost(h, ends):
+                ends += self._descents(h, self._eased(h, running), SPRINT)
+            running = [x for value, x in _leading(ends, few) if value <= worth]
         ends = self._descents(h, running, iterations) or ends
         return self.look(h, min(ends, key=lambda e: e[0])[1] if ends else begun[0])
+
+    def _lost(self, h: Hypothesis, ends: Sequence[tuple[float, Array]]) -> bool:
+        """Whether descents under a covariance ended far from noise."""
+        least = LOST * sum(s.data.size for s in h.experiment.series)
+        return any(w.root is not None for w in self.whiteners) and all(value > least for value, _ in ends)
+
+    def _eased(self, h: Hypothesis, starts: Sequence[Array]) -> list[Array]:
+        """Where descents lead as if all errors were independent: how far a start is wrong, a smooth error in
+        the covariance hides, and a search gets lost."""
+        plain = replace(self, whiteners=tuple(replace(w, root=None, ar=None) for w in self.whiteners))
+        ends = _leading(plain._descents(h, starts, SPRINT), EASED)
+        return [x for _, x in _leading(plain._descents(h, [x for _, x in ends], LONG), EASED)]
 
     def _descents(self, h: Hypothesis, starts: Sequence[Array], iterations: int) -> list[tuple[float, Array]]:
         """(r·r, θ) where descents from `starts` end; those that fail are left out."""
@@ -119,6 +141,14 @@ class Judge:
     def tangent(self, fit: Fit) -> tuple[Array, Array]:
         """Whitened residual and Jacobian over all recordings at the fit."""
         return fit.hypothesis.experiment.linearised(fit.theta, self.whiteners)
+
+
+def _leading(ends: Sequence[tuple[float, Array]], few: int = 1) -> list[tuple[float, Array]]:
+    """Those of `ends`, best first, that are near the best one or among the first few, without what is the
+    same."""
+    ends = sorted(ends, key=lambda e: e[0])
+    apart = [e for k, e in enumerate(ends) if k == 0 or e[0] > (1 + 1e-6) * ends[k - 1][0]]
+    return [e for k, e in enumerate(apart) if e[0] <= AHEAD * ends[0][0] or k < few]
 
 
 def free(layout: Layout, theta: Array, shapes: Collection[str] = ()) -> int:

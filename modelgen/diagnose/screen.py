@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from modelgen.diagnose.hypothesis import Addition, Hypothesis
+from modelgen.effects import Shape, Strength
 from modelgen.fit.series import Array, Whitener
 
 BLIND = 1e-7
@@ -20,13 +21,15 @@ renamed."""
 class Score:
     """The result for one effect: χ² explained at first order, and the starting points that explained most.
 
-    blind: at first order it does what the base's own parameters do.
+    blind: at first order it does what the base's own parameters do. scouts: where the effect's grid is fine,
+    as there are resonances to be met, the best of each of its places.
     """
 
     hypothesis: Hypothesis
     gain: float
     starts: tuple[tuple[float, Mapping[str, float]], ...]
     blind: bool
+    scouts: tuple[Mapping[str, float], ...] = ()
 
     @property
     def addition(self) -> Addition:
@@ -86,7 +89,25 @@ def score(
         tries = [(0.0, _finite(h, base, theta, tangent, whiteners))]
     tries.sort(key=lambda x: -x[0])
     best = tries[0][0] if tries else 0.0
-    return Score(h, best, tuple(_apart(tries, keep)), blind)
+    return Score(h, best, tuple(_apart(tries, keep)), blind, _scouts(a, tries))
+
+
+RESONANT = 30
+"""Values of one quantity that are tried where it places resonances."""
+
+
+Tries = Sequence[tuple[float, Mapping[str, float]]]
+
+
+def _scouts(a: Addition, tries: Tries) -> tuple[Mapping[str, float], ...]:
+    """Of each place of resonances that was tried (best first), the best shape otherwise."""
+    quantities: list[Strength | Shape] = [*(a.effect.strengths if a.effect.secant else ()), *a.effect.shapes]
+    fine = next((f"{a.id}_{q.name}" for q in quantities if q.points >= RESONANT), "")
+    found: dict[float, Mapping[str, float]] = {}
+    for _, values in tries:
+        if fine in values:
+            found.setdefault(values[fine], values)
+    return tuple(found.values())
 
 
 def _apart(

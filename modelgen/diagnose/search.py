@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +19,8 @@ from modelgen.diagnose.setting import ALARM, Outcome, Progress, Setting
 from modelgen.diagnose.smooth_error import smooth_error, with_smooth
 from modelgen.diagnose.swap import better_of, other_laws, parts, swapped
 from modelgen.fit.experiment import initial_parameters
-from modelgen.fit.series import Series
+from modelgen.fit.scatter import local_scatter
+from modelgen.fit.series import Array, Series
 
 WORTH = 0.9
 """Where models stay far from the data, an effect must take away a tenth of the misfit to be named."""
@@ -285,8 +286,48 @@ def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score])
         places += [(theta, x.starts[0][1]) for theta in defaults]
         starts = [x.hypothesis.place(base.hypothesis, theta, v) for theta, v in places]
         fits.append(judge.fit(x.hypothesis, starts))
+    if s.cheap and not s.model.is_time_model:
+        fits = _scouted(base, judge, seen, fits)
     fits.sort(key=lambda f: f.bic)
     return [_unhooked(judge, f) if k < s.beam else f for k, f in enumerate(fits)]
+
+
+FAINT = 0.1
+"""Part of what the first order promises from which descents start, too."""
+BENT = 1.1
+"""Residuals this many times the scatter between neighbours: the first orders of a
+bent base tell little."""
+
+
+def _scouted(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]) -> list[Fit]:
+    """`fits` of sweeps by what was `seen`, again where the first order has led astray: from little of an
+    effect where it reached too far, and, while no fit is near the noise, from wherever resonances may lie."""
+    white = plain_white(min(fits, key=lambda f: f.chi2, default=base))
+    over = [float(np.mean(x**2)) / local_scatter(x) ** 2 for e in white for x in e if x.size > FEWEST]
+    bent = bool(over) and float(np.mean(over)) > BENT**2
+    found = []
+    for x, f in zip(seen, fits, strict=False):
+        starts = [x.hypothesis.place(base.hypothesis, base.theta, v) for v in x.scouts] if bent else []
+        if f.chi2 > base.chi2:
+            starts += [_faint(x, base, v) for _, v in x.starts]
+        other = judge.fit(x.hypothesis, starts, few=SCOUTS) if starts else f
+        found.append(min((f, other), key=lambda f: f.bic))
+    return found
+
+
+SCOUTS = 6
+"""Descents that go on: in a narrow resonance they are slow at first."""
+FEWEST = 15
+"""Samples that tell a scatter."""
+
+
+def _faint(x: Score, base: Fit, values: Mapping[str, float]) -> Array:
+    """A start with little of an effect."""
+    start = x.hypothesis.place(base.hypothesis, base.theta, values)
+    null = x.hypothesis.place(base.hypothesis, base.theta, {})
+    at = [x.hypothesis.names.index(n) for n in x.addition.strengths]
+    start[at] = null[at] + FAINT * (start[at] - null[at])
+    return start
 
 
 def _unhooked(judge: Judge, f: Fit) -> Fit:

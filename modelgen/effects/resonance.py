@@ -93,61 +93,53 @@ def xcotx(q: Any) -> Any:
     return tail
 
 
-distributed_rod = Effect(
-    "distributed_rod",
-    ("stiffness",),
-    "waves run in the rod: its own mass makes its stiffness K·kl·cot(kl), with (kl)² = ω²m/K",
-    "L. E. Kinsler et al., Fundamentals of Acoustics (2000), sec. 3.6: rod with one end held",
-    (
-        Strength(
-            "m",
-            "{port}*s**2",
-            text="mass of the rod",
-            scale="min(port)/max(omega)**2",
-            low=0.003,
-            high=30.0,
-            points=12,
+def _rod(lossy: bool) -> Effect:
+    """A rod with one end held. The time that a wave needs along it says where its resonances are, whatever
+    its stiffness; its mass is K τ²."""
+    says, tau2 = ("waves run in the rod and fade", "tau2_eta") if lossy else ("waves run in the rod", "tau2")
+    loss = ", (kl)² = (ωτ)²(1 − jη)" if lossy else ", kl = ωτ, by its own mass K τ²"
+    fades = "; complex wavenumber: L. Cremer, M. Heckl, B. Petersson, Structure-Borne Sound (2005), ch. 3"
+    return Effect(
+        "distributed_rod",
+        ("stiffness",),
+        f"{says}: its stiffness is K·kl·cot(kl){loss}",
+        "L. E. Kinsler et al., Fundamentals of Acoustics (2000), sec. 3.6: rod with one end held"
+        + fades * lossy,
+        (
+            Strength(
+                tau2, "s**2", text="square of the time τ that a wave needs along the rod",
+                scale="1/max(omega)**2", low=0.0025, high=40.0, points=60,
+            ),
         ),
-    ),
-    change(lambda K, at, p: K * xcotx(at["omega"] ** 2 * p["m"] / K)),
-    needs=("omega",),
-    secant=True,  # a third of the rod's mass at first order, which any moving mass absorbs
-)
+        change(
+            lambda K, at, p: K * xcotx(at["omega"] ** 2 * p[tau2] * (1 - j * p["eta"] if lossy else 1))
+        ),
+        (LOSS,) if lossy else (),
+        needs=("omega",),
+        secant=True,  # a third of the rod's mass at first order, which any moving mass absorbs
+    )  # fmt: skip
+
+
+distributed_rod, lossy_rod = _rod(False), _rod(True)
 
 moving_rod = Effect(
     "distributed_rod",
     ("mechanical_impedance",),
     "waves run in a moving rod: its far end is free, so its mass grows like tan(kl)/kl",
     "L. E. Kinsler et al., Fundamentals of Acoustics (2000), sec. 3.5: rod with one end free",
-    (Strength("m_free", "{impedance}*s", text="mass of the rod"),),
-    add_impedance(
-        lambda at, p: j * at["omega"] * p["m_free"] * (1 / xcotx((at["omega"] * p["tau"]) ** 2) - 1)
-    ),
-    (Shape("tau", "s", "1/max(omega)", 0.3, 6.0, 12, text="time that a wave needs along the rod"),),
-    needs=("omega",),
-)
-
-lossy_rod = Effect(
-    "distributed_rod",
-    ("stiffness",),
-    "waves run in the rod and fade: K·kl·cot(kl) with (kl)² = ω²m(1 − jη)/K",
-    "L. Cremer, M. Heckl, B. Petersson, Structure-Borne Sound (2005), ch. 3: complex wavenumber of a rod",
     (
         Strength(
-            "m_eta",
-            "{port}*s**2",
-            text="mass of the rod",
-            scale="min(port)/max(omega)**2",
-            low=0.003,
-            high=40.0,
-            points=12,
+            "m_free", "{impedance}*s", text="mass of the rod", scale="median(port/omega)", low=0.1, high=1.0,
+            points=3,
         ),
     ),
-    change(lambda K, at, p: K * xcotx(at["omega"] ** 2 * p["m_eta"] * (1 - j * p["eta"]) / K)),
-    (LOSS,),
+    add_impedance(
+        lambda at, p: j * at["omega"] * p["m_free"] * (1 / xcotx((at["omega"] * p["tau_free"]) ** 2) - 1)
+    ),
+    (Shape("tau_free", "s", "1/max(omega)", 0.3, 6.3, 60, text="time that a wave needs along the rod"),),
     needs=("omega",),
-    secant=True,
-)
+    secant=True,  # a little of it has its resonances where much of it hasn't
+)  # fmt: skip
 
 # -- time domain: the mass is driven by the acceleration of its foot, which runs linearly between samples ----
 
