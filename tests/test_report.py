@@ -226,6 +226,11 @@ def test_terminal_is_short_and_plain_where_there_is_none(name) -> None:
     assert "\x1b" in shown(v, force_terminal=True, color_system="standard")
 
 
+def test_terminal_says_what_was_noticed() -> None:
+    v = verdicts.missing_semi_inductance(3)
+    assert f"Note: {v.notes[0][:20]}" in shown(v)
+
+
 def test_terminal_says_the_verdict() -> None:
     text = shown(verdicts.missing_semi_inductance(3))
     for part in (

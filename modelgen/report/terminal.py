@@ -78,6 +78,7 @@ def _lines(verdict: Verdict) -> list[tuple[str, str]]:
     ]
     experiments = dict.fromkeys(e.separating_experiment for e in verdict.effects if e.separating_experiment)
     found += [("Next experiment", text) for text in experiments]
+    found += [("Note", text) for text in verdict.notes]
     if verdict.extended_model:
         found.append(("Extended model", verdict.extended_model))
     return found

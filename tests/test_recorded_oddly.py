@@ -1,0 +1,56 @@
+"""Recordings that show less than they seem to: few samples, the other sign of time, a staircase of treads."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from modelgen.api import read_case
+from modelgen.diagnose import diagnose
+from modelgen.diagnose.noise import outliers
+from modelgen.diagnose.resolved import unresolved
+from modelgen.fit.scatter import rounding, stands
+from modelgen.fit.series import make_series
+from modelgen.models import load
+from modelgen.truths import draw, write_case
+
+
+def swing(folder: Path, samples: int) -> Path:
+    """A case of a swing of `samples` a cycle."""
+    n = np.arange(200)
+    z = np.sin(2 * np.pi * n / samples + 0.3)
+    rows = "\n".join(f"{k / 100},{x},{2 * x}" for k, x in zip(n, z, strict=True))
+    (folder / "swing.csv").write_text(f"t [s],z [mm],F_m [N]\n{rows}\n")
+    (folder / "case.toml").write_text(
+        'model = "modified_dahl"\n[[recording]]\nfile = "swing.csv"\nrole = "fit"\n'
+    )
+    return folder / "case.toml"
+
+
+@pytest.mark.parametrize(("samples", "told"), [(7, True), (40, False)])
+def test_a_motion_of_few_samples_a_cycle_is_told(tmp_path: Path, samples: int, told: bool) -> None:
+    case, model = read_case(swing(tmp_path, samples)), load("modified_dahl")
+    notes = unresolved(model, [make_series(model, case, r) for r in case.fit])
+    assert [n.startswith("'swing' turns every") for n in notes] == [True] * told
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_other_sign_of_time_is_told(tmp_path: Path, sign: int) -> None:
+    case = write_case(draw(7, kind="none", domain="impedance"), tmp_path)
+    for file in tmp_path.glob("*.csv"):
+        head, *rows = file.read_text().splitlines()
+        assert head.endswith("Im Z [ohm]")
+        turned = [",".join((*r.split(",")[:2], str(sign * float(r.split(",")[2])))) for r in rows]
+        file.write_text("\n".join((head, *turned)) + "\n")
+    told = any("e^(−jωt)" in n for n in diagnose(read_case(case), load("electrodynamic_transducer")).notes)
+    assert told == (sign < 0)
+
+
+def test_steps_of_a_staircase_are_no_outliers() -> None:
+    x = np.linspace(0, 1, 1000)
+    seen = np.round(x / 0.1) * 0.1
+    assert stands(seen) and not stands(x)
+    assert rounding(seen) == pytest.approx(0.1 / np.sqrt(12), rel=1e-6)
+    white = (x - seen)[None] / 1e-3  # the scatter between neighbours says nothing of the rounding
+    assert outliers(white).any()
+    assert not outliers(white, least=rounding(seen) / 1e-3).any()
