@@ -17,7 +17,7 @@ from modelgen.diagnose.gate import Gate, judge_adequacy, modelled
 from modelgen.diagnose.generic import Leftover
 from modelgen.diagnose.holdout import look_at_holdout
 from modelgen.diagnose.locate import locate
-from modelgen.diagnose.ranking import Standing, standings, weights
+from modelgen.diagnose.ranking import Standing, close, standings, weights
 from modelgen.diagnose.refit import plain_white
 from modelgen.diagnose.setting import CLOSE, Outcome, Setting
 from modelgen.diagnose.show import port_curve, port_sensitivities, traces
@@ -136,17 +136,29 @@ def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str | None:
         (
             f
             for f in outcome.tried
-            if rest <= f.hypothesis.key and len(f.ids) == len(best.ids) and set(f.ids) != set(best.ids)
+            if rest <= f.hypothesis.key
+            and len(f.ids) == len(best.ids)
+            and f.hypothesis.key != best.hypothesis.key
         ),
         key=lambda f: f.bic,
     )
-    rivals = [f for f in others if f.bic - best.bic < CLOSE] + list(s.elsewise)
-    near = [f for f in others if CLOSE <= f.bic - best.bic < CLOSE + NEAR]
-    return separate(setting, outcome, best, rivals, near)
+    rivals = [f for f in others if set(f.ids) != set(best.ids) and close(outcome, f)] + list(s.elsewise)
+    told = {i for f in (best, *rivals) for i in f.ids}
+    near = [
+        f
+        for f in others
+        if not any(f is r for r in rivals)
+        and f.bic - best.bic < CLOSE + (LAWS if set(f.ids) <= told else NEAR)
+    ]
+    return separate(setting, outcome, best, rivals, near[:MOST])
 
 
 NEAR = 5.0
 """ΔBIC beyond CLOSE within which a hypothesis may come back with the next recording."""
+LAWS = 20.0
+"""… if it is another law of what is told already."""
+MOST = 5
+"""Hypotheses that may come back, that a recording has to exclude."""
 
 
 def _trials(outcome: Outcome) -> tuple[Trial, ...]:

@@ -28,8 +28,8 @@ class Level:
 
 @dataclass(frozen=True)
 class Smooth:
-    """A smooth relative error of an instrument: rms in units of the independent noise; length in ln f;
-    shared: the same in all sweeps."""
+    """A smooth relative error of an instrument: rms in units of the noisiest sweep's own noise; length in
+    ln f; shared: the same in all sweeps."""
 
     rms: float
     length: float

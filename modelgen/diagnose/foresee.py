@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import erf, log, sqrt
 
 import numpy as np
@@ -16,13 +17,13 @@ from modelgen.diagnose.menu import Plan
 from modelgen.diagnose.refit import Fit, Judge, free
 from modelgen.diagnose.scales import record_scales
 from modelgen.diagnose.setting import CLOSE, Setting
-from modelgen.diagnose.smooth_error import with_smooth
+from modelgen.diagnose.smooth_error import quietness, with_smooth
 from modelgen.errors import InputError
 from modelgen.fit import GaussNewton
 from modelgen.fit.experiment import Experiment, Layout
 from modelgen.fit.motion import errors_in_motion
-from modelgen.fit.series import Array, Series, input_noise, make_series
-from modelgen.recordings import Noise, Recording
+from modelgen.fit.series import Array, Series, Whitener, input_noise, make_series
+from modelgen.recordings import Case, Noise, Recording
 from modelgen.recordings.noise import noise_std
 
 SPREAD = 4
@@ -44,6 +45,17 @@ class Rivals:
     k: int
     scale: float
 
+    @cached_property
+    def _normals(self) -> dict[int, Array]:
+        return {}
+
+    def normal(self, fit: Fit) -> Array:
+        """Normal matrix of the recordings that are there."""
+        if id(fit) not in self._normals:
+            e = fit.hypothesis.experiment
+            self._normals[id(fit)] = e.normal(fit.theta, self.judge.whiteners)[2]
+        return self._normals[id(fit)]
+
     def others(self, i: int) -> list[Fit]:
         """Those that would have to be excluded if the one at `i` is true."""
         return [f for f in (*self.fits, *self.near) if set(f.ids) != set(self.fits[i].ids)]
@@ -64,12 +76,12 @@ def excluded(rivals: Rivals, plan: Plan, i: int) -> Exclusion:
 
     Each has all its parameters fitted again, its shapes free in the ranges that the new recording opens.
     """
-    truth, new = rivals.fits[i], simulated(rivals, rivals.fits[i], plan)
+    truth, made = rivals.fits[i], simulated(rivals, rivals.fits[i], plan)
     worst: Exclusion | None = None
-    if new is None:
+    if made is None:
         return NOT
     for rival in rivals.others(i):
-        left = _left(rivals, truth, rival, new)
+        left = _left(rivals, truth, rival, made.series)
         worst = left if worst is None else min(worst, left, key=_weakness)
         if worst.chance < HOPELESS:
             break
@@ -85,35 +97,15 @@ def _weakness(x: Exclusion) -> tuple[float, float]:
     return x.chance, x.behind
 
 
-def hoped(rivals: Rivals, plan: Plan, i: int) -> float:
-    """The chance of `excluded`, were all rivals linear in their parameters: quickly told, and mostly more."""
-    truth, new = rivals.fits[i], simulated(rivals, rivals.fits[i], plan)
-    if new is None:
-        return 0.0
-    least = 1.0 if rivals.others(i) else 0.0
-    for rival in rivals.others(i):
-        e, theta = joined(rival, rivals.k, new)
-        size = len(rival.theta)
-        with np.errstate(all="ignore"):
-            square, g, A = _alone(e).normal(theta)
-            A[:size, :size] += normal_of(rivals, rival)
-        if not (np.isfinite(square) and np.all(np.isfinite(A)) and np.all(np.isfinite(g))):
-            continue  # where it has no derivative, only a fit can tell
-        unit = 1 / np.sqrt(np.maximum(np.diag(A), 1e-300))
-        step = np.linalg.lstsq(A * unit * unit[:, None], g * unit, rcond=1e-13)[0]
-        more = (square - float(step @ (g * unit))) / rivals.scale
-        least = min(least, _chance(rival.bic - truth.bic + more / rivals.judge.temper, more))
-    return least
+UNSURE = 0.5
+"""Relative standard deviation of a foreseen χ²: the truth is like the fitted hypothesis, not the same."""
 
 
-def normal_of(rivals: Rivals, rival: Fit) -> Array:
-    return rival.hypothesis.experiment.normal(rival.theta, rivals.judge.whiteners)[2]
-
-
-def _chance(lead: float, more: float) -> float:
+def chance(lead: float, more: float) -> float:
     """How likely a rival ends up excluded that is expected to be behind by `lead` in BIC, `more` in χ² by the
-    new recording: the χ² by which a wrong law loses has a standard deviation of twice its root."""
-    return 0.5 * (1 + erf((lead - CLOSE) / (2 * sqrt(max(more, 1.0))) / sqrt(2)))
+    new recording: by noise the χ² by which a wrong law loses has a standard deviation of twice its root."""
+    more = max(more, 1.0)
+    return 0.5 * (1 + erf((lead - CLOSE) / sqrt(4 * more + (UNSURE * more) ** 2) / sqrt(2)))
 
 
 def _left(rivals: Rivals, truth: Fit, rival: Fit, new: Series) -> Exclusion:
@@ -139,7 +131,7 @@ def _left(rivals: Rivals, truth: Fit, rival: Fit, new: Series) -> Exclusion:
         count = free(e.layout, np.asarray(found.theta), rival.hypothesis.shapes)
         price = (count - rival.parameters) * log(n) + (count - truth.parameters) * more_data
         lead = rival.bic - truth.bic + price + more / rivals.judge.temper
-        now = Exclusion(behind, lead, _chance(lead, more))
+        now = Exclusion(behind, lead, chance(lead, more))
         worst = now if worst is None else min(worst, now, key=_weakness)
         if worst.chance < HOPELESS:
             break
@@ -162,36 +154,82 @@ def _starts(layout: Layout, added: Sequence[Addition], theta: Array) -> list[Arr
 # -- the planned recording -----------------------------------------------------------------------------------
 
 
-def simulated(rivals: Rivals, truth: Fit, plan: Plan) -> Series | None:
-    """The plan's recording as a hypothesis gives it, noise only in its weights; None if not finite."""
+def planned(rivals: Rivals, plan: Plan) -> Series:
+    """The plan's recording before anything is known of its outputs."""
+    values = np.ones((len(rivals.setting.series[rivals.k].rows), len(plan.inputs[rivals.setting.model.axis])))
+    return make_series(rivals.setting.model, *_case(rivals, plan, plan.inputs, values))
+
+
+def _case(rivals: Rivals, plan: Plan, inputs: Mapping[str, Array], out: Array) -> tuple[Case, Recording]:
+    """The plan's recording with these outputs, and a case of its noise."""
+    setting, k = rivals.setting, rivals.k
+    old, record = setting.series[k], setting.case.fit[k]
+    names = [o for o in primary_outputs(setting.model) if o in record.outputs]
+    values = [out[0] + 1j * out[1]] if old.measure == "complex" else list(out)
+    kinds, outputs = {o: record.kinds[o] for o in names}, dict(zip(names, values, strict=False))
+    case = replace(setting.case, noise=_noise(setting, rivals.judge, k, plan.quiet, names))
+    constants = {**old.constants, **plan.constants}
+    return case, Recording("planned", None, "fit", inputs, outputs, kinds, constants)
+
+
+INEXACT = 0.01
+"""What a law leaves of its effect's part of a recording, since it is never quite the right one: less than
+that tells nothing, however often a recording is averaged."""
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """A planned recording as a hypothesis gives it: `plain` with the noise only in its weights; inexact: (n,)
+    what its laws may leave."""
+
+    plain: Series
+    inexact: Array
+
+    def whitener(self, times: int = 1) -> Whitener:
+        """Of the mean of so many recordings; the error of laws stays what it is."""
+        w = self.plain.whitener
+        weight = w.weight * times**0.5
+        less = 1 / np.sqrt(1 + np.mean(np.abs(np.atleast_2d(weight)), axis=0) ** 2 * self.inexact**2)
+        root = None if w.root is None else replace(w.root, size=w.root.size * times)
+        return replace(w, weight=weight * less, root=root)
+
+    @property
+    def series(self) -> Series:
+        return replace(self.plain, whitener=self.whitener())
+
+
+def simulated(rivals: Rivals, truth: Fit, plan: Plan, empty: Series | None = None) -> Made | None:
+    """The plan's recording as a hypothesis gives it; None if not finite.
+
+    empty: as `planned`.
+    """
     setting, judge, k = rivals.setting, rivals.judge, rivals.k
-    model, old, record = setting.model, setting.series[k], setting.case.fit[k]
-    names = [o for o in primary_outputs(model) if o in record.outputs]
-    n = len(plan.inputs[model.axis])
-    case = replace(setting.case, noise=_noise(setting, judge, k, plan.quiet, names))
-
-    def recording(inputs: Mapping[str, Array], out: Array) -> Recording:
-        values = [out[0] + 1j * out[1]] if old.measure == "complex" else list(out)
-        kinds = {o: record.kinds[o] for o in names}
-        outputs = dict(zip(names, values, strict=False))
-        return Recording("planned", None, "fit", inputs, outputs, kinds, {**old.constants, **plan.constants})
-
+    model, empty = setting.model, empty or planned(rivals, plan)
     with np.errstate(all="ignore"):
-        empty = make_series(model, case, recording(plan.inputs, np.ones((len(old.rows), n))))
         e, theta = joined(truth, k, empty)
-        out = _alone(e).raw(theta, 0) + empty.data
+        last = alone(e)
+        out = last.raw(theta, 0) + empty.data
         if not np.all(np.isfinite(out)):
             return None
-        made = recording(empty.inputs, out)
+        case, made = _case(rivals, plan, empty.inputs, out)
         new = make_series(model, case, made)
         if model.is_time_model:
             noisy = replace(case, noise=case.noise.but(_motion_noise(setting, k, plan)))
-            new = errors_in_motion(replace(_alone(e), series=(new,)), noisy, made, theta, 0)
+            new = errors_in_motion(replace(last, series=(new,)), noisy, made, theta, 0)
     whitener = replace(new.whitener, ar=judge.whiteners[k].ar)
     if judge.smooth is not None and whitener.root is None:
-        smooth = replace(judge.smooth, rms=judge.smooth.rms / plan.quiet)
-        (whitener,) = with_smooth((whitener,), [np.log(new.inputs[model.axis])], smooth)
-    return replace(new, whitener=whitener)
+        over = quietness(setting.series, judge.whiteners)[k] / plan.quiet
+        (whitener,) = with_smooth((whitener,), [np.log(new.inputs[model.axis])], judge.smooth, [over])
+    return Made(replace(new, whitener=whitener), _inexact(last, truth, theta, out, empty))
+
+
+def _inexact(e: Experiment, truth: Fit, theta: Array, out: Array, empty: Series) -> Array:
+    """(n,) share of the part of the output that a hypothesis' effects have; 0 where that is not finite."""
+    nulls = {f"{a.id}_{q.name}": q.null for a in truth.hypothesis.added for q in a.effect.strengths}
+    base = np.array([nulls.get(n, x) for n, x in zip(e.layout.names, theta, strict=True)])
+    without = e.raw(base, 0) + empty.data
+    change = np.sqrt(np.mean((out - without) ** 2, axis=0) * (len(out) if empty.measure == "complex" else 1))
+    return np.where(np.isfinite(change), INEXACT * change, 0.0)
 
 
 def _noise(setting: Setting, judge: Judge, k: int, quiet: float, names: Sequence[str]) -> Noise:
@@ -245,7 +283,7 @@ def joined(fit: Fit, k: int, new: Series) -> tuple[Experiment, Array]:
     return replace(e, layout=layout, series=(*e.series, new)), np.array(theta)
 
 
-def _alone(e: Experiment) -> Experiment:
+def alone(e: Experiment) -> Experiment:
     """The last recording of an experiment alone."""
     layout = replace(e.layout, place=e.layout.place[-1:], held=e.layout.held[-1:])
     return replace(e, layout=layout, series=e.series[-1:])

@@ -12,9 +12,12 @@ from modelgen.fit.series import Array, Series
 from modelgen.language import Model, Parameter
 from modelgen.units import factor
 
-REACHES = (5.0, 25.0)
-"""How much further than now a band, a rate may reach."""
-LOADS = {1.5: 1.0, 4.0: 1.5, 0.5: 2.0}
+FAST, SLOW = {5.0: 1.0, 25.0: 2.0, 100.0: 3.0}, {5.0: 1.5, 25.0: 5.0}
+"""How much further up, or down, than now a band, a rate may reach, and what that costs: what is slow takes
+long."""
+HARD = 100.0
+"""How much faster no motion of the present amplitude can be."""
+LOADS = {1.5: 1.0, 4.0: 1.5, 0.5: 2.0, 0.1: 2.5}
 """Moving masses over the present one, and what they cost. Less is offered where there are loads to take
 off."""
 BLOCKED = 1e6
@@ -23,7 +26,7 @@ TIMES = (16, 100)
 """How often a recording may be repeated and averaged."""
 SAMPLES = 1500
 """Samples of a planned record in time; its noise is reduced to make up for those that a full one has more."""
-DEAREST = 4.0
+DEAREST = 8.0
 """Cost up to which plans are thought of: each change of the present recording costs about one."""
 
 
@@ -52,34 +55,40 @@ class Plan:
 
 
 def plans(model: Model, series: Sequence[Series], k: int, known: Mapping[str, float]) -> tuple[Plan, ...]:
-    """What could be recorded next in the manner of recording `k`, the least trouble first.
+    """What could be recorded next in the manner of recording `k`, each once, the least trouble first.
 
     known: values of all parameters there, fitted or not; those that a fit can't change are in its constants.
     """
     if not model.axis:
         return ()
     made = list(_motions(model, series[k]) if model.is_time_model else _sweeps(model, series, k, known))
-    made += [p.repeated(n) for p in made for n in TIMES]
-    return tuple(sorted((p for p in made if 0 < p.cost <= DEAREST), key=lambda p: p.cost))
+    return tuple(sorted((p for p in made if p.cost <= DEAREST), key=lambda p: p.cost))
+
+
+def often(plan: Plan) -> list[Plan]:
+    """The plan made once, where that is more than the present recording, and averaged ones."""
+    return [p for p in (plan, *map(plan.repeated, TIMES)) if 0 < p.cost <= DEAREST]
 
 
 # -- along frequency -----------------------------------------------------------------------------------------
 
 
 def _sweeps(model: Model, series: Sequence[Series], k: int, known: Mapping[str, float]) -> Iterator[Plan]:
-    """Every band with every load, and the same band at other amplitudes; the first is the sweep as it is."""
+    """Every band with every load, and at other amplitudes; the first is the sweep as it is."""
     here = {i.name: series[k].inputs[i.name] for i in model.inputs if i.derived is None}
     bands = [("the same sweep", here, 0.0), *_bands(model, series, k, here)]
+    sizes = sorted({v.name for p in model.ports for key, v in p.variables if key == "amplitude"})
+    back = {n: x[::-1] for n, x in here.items()}
+    yield Plan("the same sweep in the other direction", back, cost=0.5)
     for says, inputs, cost in bands:
         yield Plan(says, inputs, cost=cost, same=cost == 0)
         for words, constants, more in _loads(model, series, k, known):
             sweep = says if "same" in says and "blocked" in words else says.replace("the same", "a second")
             yield Plan(f"{sweep} {words}", inputs, constants, cost=cost + more)
-    for name in sorted({v.name for p in model.ports for key, v in p.variables if key == "amplitude"}):
-        for ratio in (3.0, 1 / 3):
+        for name, ratio in ((n, r) for n in sizes for r in (3.0, 1 / 3)):
             value = ratio * known[name]
-            says = f"the same sweep at {name} = {_value(value, model.parameter(name).unit)}"
-            yield Plan(says, here, {name: value})
+            words = f"at {name} = {_value(value, model.parameter(name).unit)}"
+            yield Plan(f"{says} {words}", inputs, {name: value}, cost=cost + 1.0)
 
 
 def _bands(
@@ -92,10 +101,12 @@ def _bands(
     unit = next(i.unit for i in model.inputs if i.name == axis)
     count = int(np.clip(series[k].n, 100, 400))
     level = {name: np.full(count, np.median(x)) for name, x in here.items()}
-    for reach in REACHES:
-        for a, b in ((low, reach * high), (low / reach, high), (low / reach, reach * high)):
-            says = f"a sweep from {_value(a, unit)} to {_value(b, unit)}"
-            yield says, {**level, axis: np.geomspace(a, b, count)}, 1.0 if reach == REACHES[0] else 2.0
+    reaches = [(1.0, up, cost) for up, cost in FAST.items()]
+    reaches += [(down, up, cost + (up > 1)) for down, cost in SLOW.items() for up in (1.0, down)]
+    reaches.append((5.0, 100.0, 4.0))
+    for down, up, cost in reaches:
+        says = f"a sweep from {_value(low / down, unit)} to {_value(up * high, unit)}"
+        yield says, {**level, axis: np.geomspace(low / down, up * high, count)}, cost
 
 
 def _loads(
@@ -143,7 +154,10 @@ def _motions(model: Model, s: Series) -> Iterator[Plan]:
     length = float(t[-1] - t[0])
     sizes = {
         "": (x, 0.0),
-        f" at twice the amplitude (± {at} now)": ({n: 2 * v - middle[n] for n, v in x.items()}, 1.0),
+        f" at 1.5 times the amplitude (± {at} now)": (
+            {n: middle[n] + 1.5 * (v - middle[n]) for n, v in x.items()},
+            1.0,
+        ),
         f" at a third of the amplitude (± {at} now)": (
             {n: middle[n] + (v - middle[n]) / 3 for n, v in x.items()},
             1.0,
@@ -151,11 +165,13 @@ def _motions(model: Model, s: Series) -> Iterator[Plan]:
     }
     for words, (path, cost) in sizes.items():
         yield motion(f"the same motion{words}", t, path, cost)
-        for reach in REACHES:
-            more = cost + (1.0 if reach == REACHES[0] else 2.0)
-            for by, how in ((1 / reach, "fast"), (reach, "slow")):
+        for way, how in ((FAST, "fast"), (SLOW, "slow")):
+            for reach, more in way.items():
+                if how == "fast" and reach >= HARD and "third" not in words:
+                    continue
                 says = f"the same motion {reach:g} times as {how}{words}"
-                yield motion(says, t[0] + (t - t[0]) * by, path, more)
+                by = 1 / reach if how == "fast" else reach
+                yield motion(says, t[0] + (t - t[0]) * by, path, cost + more)
     higher = {n: v + half[n] for n, v in x.items()}
     yield motion(f"the same motion about a mean that is higher by {at}", t, higher)
     rise = 0.5 - 0.5 * np.cos(np.pi * np.clip((t - t[0] - 0.05 * length) / (0.03 * length), 0.0, 1.0))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +15,10 @@ Key = tuple[str, str, int]
 
 OUTSIDE = 0.07
 """How often what is there was none of the tried hypotheses (another law, a combination) although one fits:
-each claimed effect is that much less sure. As counted on independent truths, see PROOF.md."""
+so much less sure is a claim. As counted on independent truths, see PROOF.md."""
+HELD = ((1.0,), (1.0, 0.85), (0.65, 0.5, 0.4))
+"""How often, then, each of one, two, three claimed effects was there, by what they explain: a second one may
+be what the first, of another law, leaves, and with three none may be the right one."""
 
 
 @dataclass(frozen=True)
@@ -61,21 +64,23 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
         w = np.maximum(weights(rivals), [_likelihood(outcome, f) * _as_wrong(outcome, f) for f in rivals])
         w /= w.sum()
         by_id: dict[str, float] = {}
-        close: dict[str, float] = {}
+        tied: dict[str, float] = {}
         for f, x in zip(rivals, w, strict=True):
             other = next(b for b in f.hypothesis.added if b.key not in rest)
             by_id[other.id] = by_id.get(other.id, 0.0) + float(x)
-            if f.bic - best.bic < CLOSE or _as_wrong(outcome, f):
-                close[other.id] = min(close.get(other.id, np.inf), f.bic)
+            if close(outcome, f):
+                tied[other.id] = min(tied.get(other.id, np.inf), f.bic)
         for i, f in others.get(a.key, ()):
-            close[i] = min(close.get(i, np.inf), best.bic + _price(f, best))
-        equivalents = tuple(sorted((i for i in close if i != a.id), key=lambda i: close[i]))
+            tied[i] = min(tied.get(i, np.inf), best.bic + _price(f, best))
+        equivalents = tuple(sorted((i for i in tied if i != a.id), key=lambda i: tied[i]))
         elsewise = tuple({id(f): f for _, f in others.get(a.key, ())}.values())
         mine = next(float(x) for f, x in zip(rivals, w, strict=True) if f.hypothesis is best.hypothesis)
         odds = mine * sum(_likelihood(outcome, f) for f in elsewise)
-        probability = by_id[a.id] / (1 + odds) * (1 - OUTSIDE) ** len(best.ids)
+        probability = by_id[a.id] / (1 + odds) * (1 - OUTSIDE)
         found.append(Standing(a, probability, equivalents, _share(outcome, a), elsewise))
-    return tuple(sorted(found, key=lambda x: -x.share))
+    found.sort(key=lambda x: -x.share)
+    held = HELD[min(len(found), len(HELD)) - 1] if found else ()
+    return tuple(replace(x, probability=x.probability * p) for x, p in zip(found, held, strict=True))
 
 
 FEW = 2
@@ -91,13 +96,13 @@ def _elsewise(outcome: Outcome) -> dict[Key, list[tuple[str, Fit]]]:
     best = outcome.best
     tied = []
     for f in outcome.tried:
-        ours, theirs = best.hypothesis.key, f.hypothesis.key
-        single = len(f.ids) == len(best.ids) and len(ours & theirs) == len(ours) - 1
+        shared = best.hypothesis.key & f.hypothesis.key
+        single = len(f.ids) == len(best.ids) and len(shared) == len(best.ids) - 1
         if (
             f.ids
             and not single
-            and not ours <= theirs
-            and not theirs <= ours
+            and not set(f.ids) >= set(best.ids)
+            and not set(f.ids) <= set(best.ids)
             and (_price(f, best) < CLOSE or _as_wrong(outcome, f))
         ):
             tied.append(f)
@@ -121,6 +126,11 @@ def _as_wrong(outcome: Outcome, f: Fit) -> bool:
     """Whether `f`, with as many effects, is as good an account of recordings that none accounts for."""
     best = outcome.best
     return outcome.judge.temper > 1.0 and len(f.ids) == len(best.ids) and f.chi2 < WRONG**2 * best.chi2
+
+
+def close(outcome: Outcome, f: Fit) -> bool:
+    """Whether the data do not exclude `f`, with as many effects as the best hypothesis."""
+    return f.bic - outcome.best.bic < CLOSE or _as_wrong(outcome, f)
 
 
 def _likelihood(outcome: Outcome, f: Fit) -> float:

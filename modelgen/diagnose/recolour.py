@@ -11,7 +11,7 @@ from modelgen.diagnose.evidence import bic, effective, settled
 from modelgen.diagnose.noise import correlation_length, first_order, local_level
 from modelgen.diagnose.refit import Fit, Judge, refine
 from modelgen.diagnose.setting import Setting
-from modelgen.diagnose.smooth_error import SIZES, smooth_error
+from modelgen.diagnose.smooth_error import SIZES, quietness, smooth_error
 from modelgen.fit.colour import coloured
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
@@ -95,8 +95,13 @@ def _alike(a: Judge, b: Judge) -> bool:
 
 def _smooth(s: Setting, judge: Judge, best: Fit, white: Sequence[Array]) -> bool:
     """Whether what is left may be a smooth error of the instrument, no larger than those have been seen."""
-    largest = max(float(np.sqrt(np.mean(e[e != 0] ** 2))) for e in white if np.any(e))
-    return not s.model.is_time_model and largest < SIZES[-1] and smooth_error(judge, best)[2] is not None
+    if s.model.is_time_model:
+        return False
+    over = quietness(s.series, judge.whiteners)
+    largest = max(
+        float(np.sqrt(np.mean(e[e != 0] ** 2))) / q for e, q in zip(white, over, strict=True) if np.any(e)
+    )
+    return largest < SIZES[-1] and smooth_error(judge, best)[2] is not None
 
 
 def own_colour(s: Setting, judge: Judge, f: Fit) -> float:
@@ -123,8 +128,11 @@ def own_colour(s: Setting, judge: Judge, f: Fit) -> float:
 def gross(s: Setting, white: Sequence[Array]) -> bool:
     """Whether the best hypothesis leaves far more than noise, and than one of the first order of which nobody
     stated how large it is."""
-    for x, e in zip(s.series, white, strict=True):
-        used = e[e != 0]
+    over = (
+        [1.0] * len(white) if s.model.is_time_model else quietness(s.series, [x.whitener for x in s.series])
+    )
+    for x, e, q in zip(s.series, white, over, strict=True):
+        used = e[e != 0] / q
         rough = float(np.median([local_scatter(channel) for channel in e]))
         limit = GROSS_STATED * beyond(rough) if x.stated else GROSS_ESTIMATED
         if (

@@ -16,7 +16,7 @@ from modelgen.diagnose.refit import Fit, Judge, base_starts, misfit, plain_white
 from modelgen.diagnose.replica import motion_matters, replicas, undeserved
 from modelgen.diagnose.screen import Score, Tangent, score
 from modelgen.diagnose.setting import ALARM, Outcome, Progress, Setting
-from modelgen.diagnose.smooth_error import smooth_error, with_smooth
+from modelgen.diagnose.smooth_error import quietness, smooth_error, with_smooth
 from modelgen.diagnose.swap import better_of, other_laws, parts, swapped
 from modelgen.fit.experiment import initial_parameters
 from modelgen.fit.scatter import local_scatter
@@ -173,7 +173,9 @@ def _concluded(
         return Outcome(judge, look[0], look[1], tuple(look[2:]), blind)
     lnf = [np.log(x.inputs[s.model.axis]) for x in s.series]
     plain = tuple(replace(x.whitener, ar=None) for x in s.series)
-    smoothed = replace(judge, whiteners=with_smooth(plain, lnf, smooth), smooth=smooth)
+    smoothed = replace(
+        judge, whiteners=with_smooth(plain, lnf, smooth, quietness(s.series, plain)), smooth=smooth
+    )
     judge, base, fits = judged_anew(s, smoothed, base, tried)
     chosen = base
     for size in range(1, len(best.ids) + 1):

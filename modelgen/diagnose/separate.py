@@ -13,17 +13,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modelgen.diagnose.evidence import effective
-from modelgen.diagnose.foresee import Rivals, excluded, hoped
-from modelgen.diagnose.menu import Plan, plans
+from modelgen.diagnose.foresee import Rivals, excluded
+from modelgen.diagnose.hopes import hopes
+from modelgen.diagnose.menu import TIMES, Plan, often, plans
 from modelgen.diagnose.ranking import weights
 from modelgen.diagnose.refit import Fit, Judge
 from modelgen.diagnose.setting import Outcome, Setting
 
 MOST = 5
 """Rivals of the best hypothesis that a recording has to tell apart."""
-SURE = 0.9
+SURE = 0.93
 """Worth from which no dearer plan is looked for."""
-FAIR = 0.15
+FAIR = 0.05
 """Worth below which no plan is proposed."""
 BETTER = 0.05
 """Worth that a dearer plan must have more."""
@@ -55,7 +56,7 @@ def separate(
     best: Fit,
     rivals: Sequence[Fit],
     near: Sequence[Fit] = (),
-    seconds: float = 1.5,
+    seconds: float = 2.0,
 ) -> str | None:
     """One sentence: which recording would separate `best` from its `rivals` best, and by how much χ².
 
@@ -66,11 +67,14 @@ def separate(
     rivals = list(rivals)[:MOST]
     if not rivals:
         return None
-    found = propose(setting, outcome.judge, best, rivals, time.perf_counter() + seconds, near)
+    found = propose(setting, outcome.judge, best, rivals, time.thread_time() + seconds, near)
     ours, theirs = _names(best, rivals)
     if found is None:
-        kinds = "rate, amplitude, mean, averaging" if setting.model.is_time_model else "band, load, averaging"
-        return f"no recording of this menu would tell them apart: {ours} and {theirs}, by another {kinds}"
+        kinds = "rate, amplitude or mean" if setting.model.is_time_model else "band, load or amplitude"
+        return (
+            f"no recording of this menu would tell them apart: {ours} and {theirs}, by another {kinds}, "
+            f"averaged {TIMES[-1]} times"
+        )
     by, what = (
         (found.separation, "chi-square")
         if found.separation > CLEAR
@@ -109,7 +113,7 @@ def propose(
     near: Sequence[Fit] = (),
 ) -> Proposal | None:
     """The plan of the greatest worth, or the one of least trouble that is SURE; of those tried until the time
-    `until`, as of perf_counter."""
+    `until`, as of thread_time."""
     k = int(np.argmax([s.n for s in setting.series]))
     scale = max(1.0, best.chi2 / effective(best.white))
     group = Rivals(setting, judge, (best, *rivals), tuple(near), k, scale)
@@ -118,7 +122,7 @@ def propose(
     for tried, (plan, hope) in enumerate(_promising(group, odds, until)):
         if top is not None and top.worth > SURE:
             break
-        if tried >= LEAST and time.perf_counter() > until:
+        if tried >= LEAST and time.thread_time() > until:
             break
         better = max(FAIR, top.worth + BETTER if top else 0.0)
         found = _foreseen(group, plan, odds) if hope > better else None
@@ -128,16 +132,20 @@ def propose(
 
 
 def _promising(group: Rivals, odds: Sequence[float], until: float) -> list[tuple[Plan, float]]:
-    """Plans with what they would be worth were all rivals linear: those near the greatest first, each lot by
-    the trouble of making it."""
-    hopes: list[tuple[Plan, float]] = []
+    """Plans with what they would be worth were all rivals linear: of those near the greatest the one that is
+    the least trouble, then the greatest first."""
+    found: list[tuple[Plan, float]] = []
     for plan in _menu(group, group.fits[0]):
-        if plan.averaged == 1 or group.scale < ROUGH:
-            hopes.append((plan, sum(w * hoped(group, plan, i) for i, w in enumerate(odds))))
-        if time.perf_counter() > until:
+        made = [p for p in often(plan) if p.averaged == 1 or group.scale < ROUGH]
+        if not made:
+            continue
+        worth = hopes(group, plan, [p.averaged for p in made], odds)
+        found += [(p, float(w)) for p, w in zip(made, worth, strict=True) if w > FAIR]
+        if time.thread_time() > until:
             break
-    most = max((h for _, h in hopes), default=0.0)
-    return sorted((x for x in hopes if x[1] > FAIR), key=lambda x: x[1] < SURE * most)
+    found.sort(key=lambda x: -x[1])
+    first = min((x for x in found if x[1] > SURE * found[0][1]), key=lambda x: x[0].cost, default=None)
+    return sorted(found, key=lambda x: x is not first)
 
 
 def _menu(group: Rivals, best: Fit) -> tuple[Plan, ...]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from modelgen.diagnose.evidence import Smooth
 from modelgen.diagnose.refit import Fit, Judge
-from modelgen.fit.series import Array, Whitener
+from modelgen.fit.series import Array, Series, Whitener
 from modelgen.fit.together import Together, smooth_modes
 
 LENGTHS = (0.15, 0.3, 0.6, 1.2)
@@ -40,8 +40,12 @@ def smooth_error(judge: Judge, fit: Fit) -> tuple[float, float, Smooth | None]:
     r, J = e.linearised(fit.theta, plain)
     lnf = [np.log(s.inputs[e.model.axis]) for s in e.series]
     channels = [len(s.data) for s in e.series]
+    over = quietness(e.series, plain)
     size = np.concatenate(
-        [np.tile(_relative(s.size, w), c) for s, w, c in zip(e.series, plain, channels, strict=True)]
+        [
+            np.tile(q * _relative(s.size, w), c)
+            for s, w, c, q in zip(e.series, plain, channels, over, strict=True)
+        ]
     )
     used = size > 0
     n = int(np.count_nonzero(used))
@@ -64,9 +68,22 @@ def smooth_error(judge: Judge, fit: Fit) -> tuple[float, float, Smooth | None]:
     return white, gained, found
 
 
+def quietness(series: Sequence[Series], whiteners: Sequence[Whitener]) -> list[float]:
+    """By how much the independent noise of each sweep is less than that of the noisiest, relative to what is
+    measured: an error of the instrument is none the smaller where many readings are averaged."""
+    over = map(_over_noise, (s.size for s in series), whiteners)
+    median = [float(np.median(x[x > 0])) if np.any(x > 0) else np.inf for x in over]
+    return [x / min(median) if np.isfinite(x) else 1.0 for x in median]
+
+
+def _over_noise(size: Array, w: Whitener) -> Array:
+    """(n,) |output| over its noise; 0 where masked."""
+    return np.abs(size) * np.abs(w.weight[0] if w.weight.ndim == 2 else w.weight)
+
+
 def _relative(size: Array, w: Whitener) -> Array:
     """(n,) the output over its noise, by its median: 1 for a noise relative to |Z|; 0 where masked."""
-    x = np.abs(size) * np.abs(w.weight[0] if w.weight.ndim == 2 else w.weight)
+    x = _over_noise(size, w)
     return np.asarray(x / np.median(x[x > 0]))
 
 
@@ -112,14 +129,18 @@ def _deviances(r: Array, q: Array, square: Array, a: Array, n: int) -> list[tupl
     return out
 
 
-def with_smooth(whiteners: Sequence[Whitener], lnf: Sequence[Array], found: Smooth) -> tuple[Whitener, ...]:
-    """Whiteners that count the process as noise.
+def with_smooth(
+    whiteners: Sequence[Whitener], lnf: Sequence[Array], found: Smooth, over: Sequence[float] = ()
+) -> tuple[Whitener, ...]:
+    """Whiteners that count the process as noise; over: `quietness` of the sweeps, 1 if not given.
 
     A shared error is √m as large in each of m sweeps, so that their mean is as uncertain."""
     rms = found.rms * (np.sqrt(len(whiteners)) if found.shared else 1.0)
     roots = [
-        Together.of(rms * _kept(w)[:, None] * modes)
-        for w, modes in zip(whiteners, smooth_modes(lnf, found.length), strict=True)
+        Together.of(q * rms * _kept(w)[:, None] * modes)
+        for w, modes, q in zip(
+            whiteners, smooth_modes(lnf, found.length), over or [1.0] * len(whiteners), strict=True
+        )
     ]
     return tuple(
         replace(w, ar=None, band=None, undo=None, root=r) for w, r in zip(whiteners, roots, strict=True)

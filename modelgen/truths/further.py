@@ -1,9 +1,9 @@
 """The recording that a diagnosis proposes, made with the concealed device: it reads the sentence, as one
 would.
 
-Understood are sweeps over another band, with another mass, blocked or at another amplitude; motions that are
-faster, slower, larger, smaller, about another mean, repeated, or a step that is held; each of them made once,
-or many times and averaged.
+Understood are sweeps over another band, in the other direction, with another mass, blocked or at another
+amplitude; motions that are faster, slower, larger, smaller, about another mean, repeated, or a step that is
+held; each of them made once, or many times and averaged.
 """
 
 from __future__ import annotations
@@ -58,6 +58,8 @@ def _sweeps(secret: Secret, sweep: Entry, says: str) -> Entry | None:
     if not re.match(r"(a|a second|the same) sweep\b", says):
         return None
     made = dict(sweep)
+    if "in the other direction" in says:
+        made["down"] = not sweep.get("down", False)
     if m := re.search(BAND, says):
         lo, hi = float(m[1]) * PREFIX[m[2]], float(m[3]) * PREFIX[m[4]]
         count = int(np.clip(sweep["n"], 100, 400))
@@ -89,7 +91,10 @@ def _motions(secret: Secret, record: Entry, says: str) -> Entry | None:
     understood: list[tuple[str, Callable[[re.Match[str]], Entry]]] = [
         (rf"{NUMBER} times as fast", lambda m: _faster(made, float(m[1]))),
         (rf"{NUMBER} times as slow", lambda m: _faster(made, 1 / float(m[1]))),
-        ("at twice the amplitude", lambda m: changed(amplitude=2 * motion["amplitude"])),
+        (
+            rf"at {NUMBER} times the amplitude",
+            lambda m: changed(amplitude=float(m[1]) * motion["amplitude"]),
+        ),
         ("at a third of the amplitude", lambda m: changed(amplitude=motion["amplitude"] / 3)),
         (rf"about a mean that is higher by {NUMBER} mm", lambda m: changed(mean=float(m[1]))),
         ("three times over", lambda m: _thrice(made)),

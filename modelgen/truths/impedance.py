@@ -66,9 +66,9 @@ def in_order(n: int, first: int) -> Array:
 
 def frequencies(sweep: Mapping[str, Any]) -> Array:
     """Recorded frequencies [Hz] in the order in which they were measured."""
-    space = np.linspace if sweep["linear"] else np.geomspace
+    space = np.linspace if sweep.get("linear") else np.geomspace
     f = space(sweep["lo"], sweep["hi"], sweep["n"])
-    return np.asarray(f[::-1] if sweep["down"] else f)
+    return np.asarray(f[::-1] if sweep.get("down") else f)
 
 
 def impedance(w: Array, p: Base, e: Strength, scale: Scale, order: Array) -> Complex:

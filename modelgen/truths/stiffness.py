@@ -19,7 +19,7 @@ from . import friction
 from .elements import Array, Complex
 from .force_draw import draw_form as force_form
 from .further import entries
-from .impedance import in_order, stretched
+from .impedance import frequencies, in_order, stretched
 from .noise import Levels
 from .solve import Refit, Responses, Strength, refit_sweep
 
@@ -54,7 +54,7 @@ class StiffnessScene:
     def __init__(self, base: Mapping[str, float], setup: Mapping[str, Any], levels: Levels) -> None:
         self.base, self.sweeps, self.free = base, entries(setup), list(setup["free"])
         self.drawn = setup["sweeps"]
-        self.f = [np.geomspace(s["lo"], s["hi"], s["n"]) for s in self.sweeps]
+        self.f = [frequencies(s) for s in self.sweeps]
         self.fit = [i for i, s in enumerate(self.drawn) if s["role"] == "fit"]
         self.sigma = np.array([[levels["k_s"]], [levels["loss_angle"]]]) * np.sqrt(
             1 + levels.get("step", 0.0) ** 2 / 12

@@ -131,7 +131,7 @@ def _force(secret: Secret, clean: Sequence[npt.NDArray[Any]], rng: np.random.Gen
 def _stiffness(secret: Secret, clean: Sequence[npt.NDArray[Any]], rng: np.random.Generator) -> list[Table]:
     header, tables = ["f [Hz]", "k_s [N/mm]", "loss_angle [deg]"], []
     for sweep, y in zip(entries(secret.setup), clean, strict=True):
-        f = np.geomspace(sweep["lo"], sweep["hi"], sweep["n"])
+        f = frequencies(sweep)
         channels = [
             _averaged(sweep, secret.levels, partial(disturb_real, rng, row, secret.levels[n], secret.levels))
             for row, n in zip(y, ("k_s", "loss_angle"), strict=True)
