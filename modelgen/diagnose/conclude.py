@@ -165,9 +165,11 @@ def _trials(outcome: Outcome) -> tuple[Trial, ...]:
     fits = sorted(outcome.tried, key=lambda f: f.bic)[:40]
     if not fits:
         return ()
-    odds = weights(fits)
+    count = max(len(outcome.best.ids), 1)
+    equals = [f for f in fits if len(f.ids) == count]  # to be claimed, one effect more must gain far more
+    odds = dict(zip(map(id, equals), weights(equals), strict=True)) if equals else {}
     return tuple(
         Trial(f.ids, " + ".join(a.family for a in f.hypothesis.added), f.bic - outcome.base.bic, f.parameters,
-              float(np.sqrt(f.chi2 / effective(f.white))), float(w))
-        for f, w in zip(fits, odds, strict=True)
+              float(np.sqrt(f.chi2 / effective(f.white))), float(odds.get(id(f), np.nan)))
+        for f in fits
     )  # fmt: skip

@@ -1,6 +1,6 @@
 """Play and stops: displacement that gets lost on its way, contacts that close."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -8,7 +8,7 @@ from sympy import Symbol
 
 from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, add, unit_of
 from modelgen.effects.softening import moved_input, moved_rate
-from modelgen.language import Abs, Equation, Max, Model, Parameter, Piecewise, Port, State, Statement, sign
+from modelgen.language import Abs, Equation, Max, Model, Parameter, Piecewise, Port, State, sign
 
 MOTION = ("z", "v", "z_prev", "z_turn")
 
@@ -59,21 +59,35 @@ def _play(*gaps: Callable[[Values], Any], name: str, dashpot: bool = True) -> Ap
         drive = (z, z_prev, z_turn)
         plays = [_lagging(model, drive, n, g(p)) for n, g in zip(names, gaps, strict=True)]
         model = model.with_parameters(AWAY)
-        turn, before, lag, touching = (sum(x) / len(gaps) for x in zip(*(q.says for q in plays), strict=True))
-        between = tuple(s for q in plays for s in q.statements)
-        motion = {"z": z + lag, "v": v * touching if dashpot else v}
-        return moved(model, port, between, motion | {"z_prev": z_prev + before, "z_turn": z_turn + turn})
+        unit = moved_input(model).unit
+        before = [
+            Equation(f"{n}_before", q.lag.symbol, unit, text="lag at the sample before")
+            for n, q in zip(names, plays, strict=True)
+        ]
+        between = tuple(x for b, q in zip(before, plays, strict=True) for x in (q.turn, b, q.lag))
+        behind = {
+            "z": z + _mean(q.lag.symbol for q in plays),
+            "v": v * _mean(q.touching for q in plays) if dashpot else v,
+            "z_prev": z_prev + _mean(b.symbol for b in before),
+            "z_turn": z_turn + _mean(q.turn.symbol for q in plays),
+        }
+        return moved(model, port, between, behind)
 
     return apply
 
 
+def _mean(terms: Iterable[Any]) -> Any:
+    every = list(terms)
+    return sum(every) / len(every)
+
+
 @dataclass(frozen=True)
 class _Lagging:
-    """One play: its statements; its lag where the driving side turns, before and now, and 1 where it
-    touches."""
+    """One play: its lag behind the driving side where that turns, and now; 1 where it touches."""
 
-    statements: tuple[Statement, ...]
-    says: tuple[Any, Any, Any, Any]
+    turn: Equation
+    lag: State
+    touching: Any
 
 
 def _lagging(model: Model, drive: tuple[Any, Any, Any], name: str, g: Any) -> _Lagging:
@@ -88,7 +102,6 @@ def _lagging(model: Model, drive: tuple[Any, Any, Any], name: str, g: Any) -> _L
 
     turned = play(lag, z_turn - z_prev)
     turn = Equation(f"{name}_turn", turned, unit, text="lag where the driving side turns")
-    before = Equation(f"{name}_before", lag, unit, text="lag at the sample before")
     state = State(
         lag.name,
         (AWAY - 1) * g * sign(moved_rate(model).symbol),
@@ -96,8 +109,7 @@ def _lagging(model: Model, drive: tuple[Any, Any, Any], name: str, g: Any) -> _L
         unit=unit,
         text="lag of the driven side",
     )
-    touching = Piecewise((1, Abs(lag) >= g), (0, True))
-    return _Lagging((turn, before, state), (turn.symbol, before.symbol, lag, touching))
+    return _Lagging(turn, state, Piecewise((1, Abs(lag) >= g), (0, True)))
 
 
 backlash = Effect(
@@ -128,10 +140,10 @@ loose_spring = Effect(
 def _gapped_friction(model: Model, port: Port, p: Values) -> Model:
     """A slider behind a spring with a gap: the way of the drive ahead of the slider is a play's."""
     play = _lagging(model, (port["z"], port["z_prev"], port["z_turn"]), "gapped", p["w_f"])
-    ahead = -play.statements[-1].symbol / p["w_f"]
+    ahead = -play.lag.symbol / p["w_f"]
     r = (ahead - _within(ahead, p["share"])) / (1 - p["share"])
     return model.with_parameters(AWAY).extend(
-        port.equation, lambda F: F + p["h_g"] * r, statements=play.statements
+        port.equation, lambda F: F + p["h_g"] * r, statements=(play.turn, play.lag)
     )
 
 
