@@ -3,7 +3,7 @@ level."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -198,7 +198,18 @@ def _line(outcome: Outcome) -> Leftover | None:
         return None
     f = [s.inputs[e.model.axis] for s in e.series]
     own = [standing_alone(modelled_output(e, best.theta, k)) for k in range(len(e.series))]
-    return lone(f, outcome.base.white, best.white, own, best.hypothesis.added[0].port.name)
+    found = lone(f, outcome.base.white, best.white, own, best.hypothesis.added[0].port.name)
+    return None if found is None or _elsewhere(outcome, found[1]) else found[0]
+
+
+def _elsewhere(outcome: Outcome, line: Sequence[Array]) -> bool:
+    """Whether the claim stands without the samples of a line, by which the base is bent no more."""
+    masks = [np.where(m, 0.0, 1.0) for m in line]
+    whiteners = tuple(w.masked(m) for w, m in zip(outcome.judge.whiteners, masks, strict=True))
+    judge, base, best = replace(outcome.judge, whiteners=whiteners), outcome.base, outcome.best
+    starts = [base.theta, best.hypothesis.values_of(best.theta, base.hypothesis)]
+    gained = judge.fit(base.hypothesis, starts).bic - judge.fit(best.hypothesis, [best.theta]).bic
+    return gained > LEFT
 
 
 def _floor(after: float, scatter: float, count: int, stated: bool, far: bool) -> float:

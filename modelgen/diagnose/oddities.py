@@ -156,8 +156,9 @@ def _orders(f: Array, base: float, step: int, width: float) -> Array:
 
 def lone(
     f: Sequence[Array], before: Sequence[Array], after: Sequence[Array], own: Sequence[Array], port: str
-) -> Leftover | None:
-    """Evidence that stands on LONE frequencies of sweeps: a line narrower than the samples can resolve.
+) -> tuple[Leftover, list[Array]] | None:
+    """Evidence that stands on LONE frequencies of sweeps, a line narrower than the samples can resolve; and
+    in each sweep the samples there, (n,) bool.
 
     before, after: (channels, n) whitened residuals without and with what is claimed. own: (n,) how far the
     model itself stands off its neighbours: where its own narrow resonance is shifted, so much is no line.
@@ -175,7 +176,8 @@ def lone(
     if at[top[0]] < np.bincount(which, np.concatenate(own) ** 2, len(places))[top[0]]:
         return None
     says = f"something at {np.exp(places[top[0]]):.4g} Hz that is narrower than the samples can resolve"
-    return Leftover(total, total, port, says)
+    hit = np.isin(which, top)
+    return Leftover(total, total, port, says), np.split(hit, np.cumsum([len(x) for x in f])[:-1])
 
 
 def _on_lines(f: Array, power: Array, base: float) -> dict[int, Array]:

@@ -221,7 +221,9 @@ def _gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     if judge.temper > 1.0:
         return old.bic - new.bic > alarm and new.chi2 < WORTH * old.chi2
     undeserved = judge.excess.get(new.hypothesis.key, 0.0) - judge.excess.get(old.hypothesis.key, 0.0)
-    if old.bic - new.bic < alarm + max(0.0, undeserved) + IMPERFECT * max(0.0, base.bic - old.bic):
+    # with no more numbers it mends no law that is nearly right, but is another account
+    imperfect = IMPERFECT * max(0.0, base.bic - old.bic) if new.parameters > old.parameters else 0.0
+    if old.bic - new.bic < alarm + max(0.0, undeserved) + imperfect:
         return False
     if old.ids and _far(new) and misfit(new) > SEEN * misfit(old):
         return False
