@@ -383,6 +383,13 @@ def test_damping_along_the_stroke() -> None:
     assert np.allclose(F, 0.3 * motion["z"] * motion["v"])
 
 
+def test_friction_along_the_stroke() -> None:
+    motion, base = record(np.linspace(0, 2, 400), wobble), {"h_D": 0.4, "r_0": -1.0}
+    F = force(find("position_dependent_friction", "friction"), motion, base, kappa=0.3)
+    same = force(find("inertia", "force"), motion, base, M=0.0)
+    assert np.allclose(F, same * (1 + 0.3 * motion["z"]))
+
+
 def test_a_soft_joint_is_a_spring_in_series() -> None:
     """Against the same balance solved by bisection on a grid twenty times as fine."""
     base = {"k_D": 0.5, "c_D": 0.05, "h_D": 0.2, "rho": 2.0, "F_0": 0.3}
@@ -485,6 +492,8 @@ def test_drifts_start_at_the_first_sample_and_settle() -> None:
     F = force(find("temperature_drift", "spring", "beta_w"), motion, base, beta_w=-0.01, tau_w=1e6)
     whole = force(find("inertia", "force"), motion, base, M=0.0)
     assert np.allclose(F, whole * (1 - 0.01 * (t - 100)), rtol=1e-4, atol=1e-9)
+    F = force(find("temperature_drift", "force"), motion, dc=0.02, tau_c=1e6)
+    assert np.allclose(F, 0.02 * (t - 100) * motion["v"], rtol=1e-4, atol=1e-9)
     old, new = at_port(find("temperature_drift", "electrical_impedance"), dR=0.01, n_R=1e6)
     assert np.allclose(new - old, 0.01 * np.arange(len(f)), rtol=1e-4)
 

@@ -151,6 +151,23 @@ material_warming = replace(
 )
 
 
+dashpot_warming = replace(
+    temperature_drift,
+    kinds=("force",),
+    says="the dashpot gets softer (or harder) in the course of the record, as its fluid or material warms up",
+    source="O. Reynolds, Phil. Trans. R. Soc. 177 (1886) 157: viscosity and temperature; Newton's cooling",
+    strengths=(
+        Strength("dc", "{port}/({v}*s)", bounds=ANY, text="rate of change of the damping at the start"),
+    ),
+    apply=lambda model, port, p: _settling(
+        "dashpot_warming", model, port, p["tau_c"], lambda F, s: F + p["dc"] * s * port["v"]
+    ),
+    shapes=(replace(SETTLES, name="tau_c"),),
+    needs=("t", "v"),
+    common=0.5,
+)
+
+
 def _softer_loop(model: Model, port: Port, p: Values) -> Model:
     for name in (port.equation, port["F_mid"].name, port["energy"].name):
         at = replace(port, equation=name)
@@ -171,6 +188,6 @@ loop_warming = Effect(
 )
 
 EFFECTS = (
-    offset_drift, wandering_zero, temperature_drift, material_warming,
+    offset_drift, wandering_zero, temperature_drift, material_warming, dashpot_warming,
     coil_warming, spring_warming, loop_warming,
 )  # fmt: skip

@@ -1,5 +1,6 @@
 """Friction: slip laws other than Dahl's, and friction levels that change with speed."""
 
+from math import inf
 from typing import Any
 
 from sympy import Symbol
@@ -68,4 +69,15 @@ coulomb_friction = Effect(
     common=0.5,
 )
 
-EFFECTS = (second_dahl_element, dahl_exponent, stribeck_friction, coulomb_friction)
+position_friction = Effect(
+    "position_dependent_friction",
+    ("friction",),
+    "friction grows or falls along the stroke, as a guide gets tighter",
+    "B. Armstrong-Hélouvry, Control of Machines with Friction (1991), ch. 4",
+    (Strength("kappa", "1/({z})", bounds=(-inf, inf), text="relative slope of the friction level"),),
+    change(lambda h, at, p: h * (1 + p["kappa"] * at["z"])),
+    needs=("z",),
+    common=0.5,
+)
+
+EFFECTS = (second_dahl_element, dahl_exponent, stribeck_friction, coulomb_friction, position_friction)
