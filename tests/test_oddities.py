@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -42,6 +44,15 @@ def test_a_smooth_top_is_no_plateau_even_under_a_wrong_model() -> None:
     t = s.inputs["t"]
     wrong = white + (np.sin(2 * np.pi * t + 0.5) - np.sin(2 * np.pi * t)) / SIGMA
     assert saturation([s], [wrong], [np.zeros(s.n, dtype=bool)])[0] is None
+
+
+def test_a_record_that_rests_is_not_saturated() -> None:
+    """Behind a play wider than its stroke a sample shows one force all the time, whatever the model says."""
+    s, white, _ = _force(clip=0.5)
+    still = replace(s, data=np.full_like(s.data, 0.7) + SIGMA * np.random.default_rng(1).standard_normal(s.n))
+    wrong = white + (s.data - still.data) / SIGMA
+    found, marks = saturation([still], [wrong], [np.zeros(s.n, dtype=bool)])
+    assert found is None and not marks[0].any()
 
 
 def test_gross_errors_are_no_saturation() -> None:

@@ -139,7 +139,7 @@ def local_level(white: Array) -> Array:
     """(n,) slowly varying level of a residual, 1 in the mean square; 1 everywhere when it is even."""
     n = white.shape[1]
     width = max(64, n // 24)
-    if n < 6 * width:
+    if n < 6 * width or not np.any(white):
         return np.ones(n)
     power = np.minimum(np.mean(white**2, axis=0), 9.0 * np.mean(white**2))
     used = (np.abs(white).sum(axis=0) > 0).astype(float)

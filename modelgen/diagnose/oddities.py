@@ -32,6 +32,8 @@ STEPS = (1, 2)
 """From one harmonic in which the mains may be heard to the next: all, or the odd ones."""
 WIDTHS = (0.5, 1.0, 2.0, 4.0, 8.0)
 """Half bandwidths of analysers [Hz]."""
+STILL = 0.5
+"""A record that stays at one value for more than this share of its samples rests there."""
 CHANCE = 1e-3
 """Probability by chance alone, of the loudest of all that is looked at, that makes a hum (an upper bound)."""
 CROWDED = 0.35
@@ -49,7 +51,7 @@ def saturation(
         for side in (1.0, -1.0):
             end = _cut(s, e[0], m, side)
             end = _plateau(s, e[0], side) if end is None else end
-            if end is None:
+            if end is None or len(end) > STILL * s.n:
                 continue
             level = float(np.median(s.data[0][end]))
             says = (
