@@ -8,7 +8,7 @@ import pytest
 
 from modelgen.api import read_case
 from modelgen.diagnose import Verdict, diagnose
-from modelgen.diagnose.noise import first_order
+from modelgen.diagnose.noise.noise import first_order
 from modelgen.fit.scatter import rounding
 from modelgen.models import load
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from modelgen.diagnose.oddities import hum, lone, mains, saturation
+from modelgen.diagnose.gate.oddities import hum, lone, mains, saturation
 from modelgen.fit.series import Series, Whitener
 
 SIGMA = 2e-3

@@ -7,8 +7,8 @@ import pytest
 
 from modelgen.api import read_case
 from modelgen.diagnose import diagnose
-from modelgen.diagnose.noise import outliers
-from modelgen.diagnose.resolved import unresolved
+from modelgen.diagnose.noise.noise import outliers
+from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.fit.scatter import rounding, stands
 from modelgen.fit.series import make_series
 from modelgen.models import load

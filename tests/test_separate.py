@@ -13,13 +13,13 @@ import pytest
 import modelgen.models as models
 from modelgen.codegen import build
 from modelgen.diagnose.diagnosis import prepare, set_up
-from modelgen.diagnose.foresee import Rivals, excluded, simulated
-from modelgen.diagnose.hypothesis import Hypothesis, make_hypotheses
-from modelgen.diagnose.menu import Plan, often, plans
-from modelgen.diagnose.refit import Fit, Judge
-from modelgen.diagnose.search import white_judge
-from modelgen.diagnose.separate import propose, separate
-from modelgen.diagnose.setting import CLOSE, Outcome, Setting
+from modelgen.diagnose.experiment.foresee import Rivals, excluded, simulated
+from modelgen.diagnose.experiment.menu import Plan, often, plans
+from modelgen.diagnose.experiment.separate import propose, separate
+from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
+from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.hypotheses.setting import CLOSE, Outcome, Setting
+from modelgen.diagnose.search.search import white_judge
 from modelgen.effects import CATALOGUE, Effect
 from modelgen.fit.series import make_series, signature_of
 from modelgen.language import Model
@@ -152,7 +152,7 @@ def test_what_helps_only_if_one_of_them_is_true_is_said_so(
     whole = propose(setting, judge, best, [rival], time.thread_time() + 5)
     assert whole is not None and whole.tells == (best, rival)
     half = replace(whole, tells=(rival,), separation=1.0, lead=14.2)
-    monkeypatch.setattr("modelgen.diagnose.separate.propose", lambda *_: half)
+    monkeypatch.setattr("modelgen.diagnose.experiment.separate.propose", lambda *_: half)
     says = separate(setting, outcome(judge, [best, rival]), best, [rival])
     assert says is not None and says.endswith("if semi_inductance is what is there")
     assert "would separate eddy_shunt from semi_inductance by 14 (BIC" in says

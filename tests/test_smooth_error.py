@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 import modelgen.models
 from modelgen.diagnose.diagnosis import prepare, set_up
-from modelgen.diagnose.hypothesis import make_hypotheses
-from modelgen.diagnose.replica import motion_matters, on, replicas, undeserved
-from modelgen.diagnose.smooth_error import (
+from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
+from modelgen.diagnose.noise.replica import motion_matters, on, replicas, undeserved
+from modelgen.diagnose.noise.smooth_error import (
     SIZES,
     Smooth,
     _deviances,

@@ -10,20 +10,20 @@ from pathlib import Path
 
 import numpy as np
 
-from modelgen.diagnose.averaged import averaged, parameters
-from modelgen.diagnose.evidence import effective
-from modelgen.diagnose.extended import extended
-from modelgen.diagnose.gate import Gate, judge_adequacy, modelled
-from modelgen.diagnose.generic import Leftover
-from modelgen.diagnose.holdout import look_at_holdout
-from modelgen.diagnose.locate import locate
-from modelgen.diagnose.ranking import Standing, close, standings, weights
-from modelgen.diagnose.refit import plain_white
-from modelgen.diagnose.setting import CLOSE, Outcome, Setting
-from modelgen.diagnose.show import port_curve, port_sensitivities, traces
-from modelgen.diagnose.unlisted import with_rivals
+from modelgen.diagnose.account.extended import extended
+from modelgen.diagnose.account.holdout import look_at_holdout
+from modelgen.diagnose.account.locate import locate
+from modelgen.diagnose.account.show import port_curve, port_sensitivities, traces
+from modelgen.diagnose.account.words import blind_note, bound_note, holdout_note, spare_values, summary
+from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled
+from modelgen.diagnose.gate.generic import Leftover
+from modelgen.diagnose.gate.unlisted import with_rivals
+from modelgen.diagnose.hypotheses.averaged import averaged, parameters
+from modelgen.diagnose.hypotheses.evidence import effective
+from modelgen.diagnose.hypotheses.ranking import Standing, close, standings, weights
+from modelgen.diagnose.hypotheses.refit import plain_white
+from modelgen.diagnose.hypotheses.setting import CLOSE, Outcome, Setting
 from modelgen.diagnose.verdict import Finding, Trial, Verdict
-from modelgen.diagnose.words import blind_note, bound_note, holdout_note, spare_values, summary
 from modelgen.fit.result import Estimate
 from modelgen.fit.series import Array
 
@@ -112,7 +112,7 @@ def _findings(
 
 def _told_apart(setting: Setting, outcome: Outcome, gate: Gate) -> str | None:
     """The recording that would separate what no catalogue holds from named effects that do as well."""
-    from modelgen.diagnose.separate import separate
+    from modelgen.diagnose.experiment.separate import separate
 
     if gate.fit is None or gate.tied is None:
         return None
@@ -128,7 +128,7 @@ def _own(known: Mapping[str, Estimate], id: str) -> tuple[Estimate, ...]:
 
 def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str | None:
     """The recording that would separate this effect from its equivalents."""
-    from modelgen.diagnose.separate import separate
+    from modelgen.diagnose.experiment.separate import separate
 
     best = outcome.best
     rest = best.hypothesis.key - {s.addition.key}

@@ -10,17 +10,17 @@ from pathlib import Path
 import numpy as np
 
 from modelgen.diagnose.conclude import conclude
-from modelgen.diagnose.generic import Leftover
-from modelgen.diagnose.hypothesis import Hypothesis, additions, make_hypotheses
-from modelgen.diagnose.mirrored import mirrored
-from modelgen.diagnose.noise import masked, outliers_of
-from modelgen.diagnose.oddities import hum, mains, saturation
-from modelgen.diagnose.refit import Fit, Judge, base_starts
-from modelgen.diagnose.resolved import unresolved
-from modelgen.diagnose.scales import port_scale, record_scales
-from modelgen.diagnose.search import search, white_judge
-from modelgen.diagnose.setting import Outcome, Progress, Setting
-from modelgen.diagnose.thin import thin
+from modelgen.diagnose.gate.generic import Leftover
+from modelgen.diagnose.gate.mirrored import mirrored
+from modelgen.diagnose.gate.oddities import hum, mains, saturation
+from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, additions, make_hypotheses
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts
+from modelgen.diagnose.hypotheses.scales import port_scale, record_scales
+from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
+from modelgen.diagnose.noise.noise import masked, outliers_of
+from modelgen.diagnose.noise.resolved import unresolved
+from modelgen.diagnose.noise.thin import thin
+from modelgen.diagnose.search.search import search, white_judge
 from modelgen.diagnose.verdict import Verdict
 from modelgen.effects import Effect
 from modelgen.errors import InputError, did_you_mean

@@ -1,0 +1,1 @@
+"""What a diagnosis shows and tells: place, hold-out, pictures, words, the extended model."""

@@ -1,0 +1,103 @@
+"""The model with what was found: its law in words, and the model itself, written to a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.diagnose.hypotheses.setting import Setting
+from modelgen.fit.result import Estimate
+from modelgen.language import ComplexParameter, Equation, Model, Parameter, State
+
+
+def extended(
+    setting: Setting, best: Fit, after: Sequence[Estimate], out: Path | None
+) -> tuple[str, str | None]:
+    """The law in words, and the path of the extended model (with its C beside it)."""
+    if not best.hypothesis.added:
+        return "", None
+    model = _with_values(best.hypothesis.experiment.model, after)
+    law = "; ".join(f"{name} = {_readable(x)}" for name, x in _laws(setting.model, model, best))
+    if out is None:
+        return law, None
+    from modelgen.codegen import generate
+    from modelgen.files import write_atomically
+    from modelgen.language.write import to_python
+
+    path = out / f"{setting.model.id}_extended.py"
+    note = f"{setting.model.id} with {', '.join(best.ids)}, found by modelgen diagnose"
+    write_atomically(path, to_python(model, note=note), parents=True)
+    generate(model, out)
+    return law, str(path)
+
+
+FEW = 3
+"""States that are written out; a ladder of relaxation times has dozens."""
+
+
+def _laws(before: Model, after: Model, best: Fit) -> list[tuple[str, Any]]:
+    """What is new in a model: name and expression of each equation and state that was added or changed.
+
+    x_1 is what x was; what several effects in turn have made of it is written out as one.
+    """
+    known = {s.name for s in before.statements}
+    new: dict[str, Any] = {s.name: s for s in after.statements if s.name not in known}
+    ports = {a.port.equation for a in best.hypothesis.added}
+    few = sum(isinstance(s, State) for s in new.values()) <= FEW
+    shown = (Equation, State) if few else (Equation,)
+    found = []
+    for s in after.statements:
+        chain = s.name.rsplit("_", 1)[0] in ports and s.name in new
+        if s.name not in {*new, *ports} or chain or not isinstance(s, shown):
+            continue
+        name, expr = (s.name, s.expr) if isinstance(s, Equation) else _change(s)
+        while steps := {x: new[x.name].expr for x in expr.free_symbols if _step(x.name, ports, new)}:
+            expr = expr.xreplace(steps)
+        found.append((name, expr))
+    return found
+
+
+def _readable(expr: Any) -> Any:
+    """An expression as people write it: j, and clip(x, −g, g) for what is held within ±g."""
+    from sympy import Function, I, Piecewise, Symbol
+
+    def clipped(x: Any) -> bool:
+        return isinstance(x, Piecewise) and len(x.args) == 3 and x.args[0][0] == -x.args[1][0]
+
+    clip = Function("clip")
+    short = expr.replace(clipped, lambda x: clip(x.args[2][0], x.args[1][0], x.args[0][0]))
+    return short.xreplace({I: Symbol("j")})
+
+
+def _change(s: State) -> tuple[str, Any]:
+    """How a state goes on: its value at a sample from that before, or its rate."""
+    return (s.name, s.update) if s.update is not None else (f"d{s.name}/dt", s.rate)
+
+
+def _step(name: str, ports: set[str], new: Mapping[str, Any]) -> bool:
+    """Whether `name` is x_2, x_3, … of a port's equation x."""
+    x, _, count = name.rpartition("_")
+    return x in ports and name in new and count.isdigit() and int(count) > 1
+
+
+def _with_values(model: Model, after: Sequence[Estimate]) -> Model:
+    """The extended model with the fitted values as defaults, under an id of its own."""
+    values = {e.name.split("[")[0]: e.value for e in after}
+    new: list[Parameter | ComplexParameter] = []
+    for p in model.parameters:
+        if isinstance(p, ComplexParameter):
+            new.append(replace(p, re=_fitted(p.re, values), im=_fitted(p.im, values)))
+        else:
+            new.append(_fitted(p, values))
+    return replace(model, id=f"{model.id}_extended", parameters=tuple(new), builder=None, options=())
+
+
+def _fitted(p: Parameter, values: Mapping[str, float]) -> Parameter:
+    """The parameter with its fitted value, and bounds that hold it."""
+    value = values.get(p.name, p.default)
+    if value is None:
+        return p
+    return replace(p, default=value, bounds=(min(p.bounds[0], value), max(p.bounds[1], value)))

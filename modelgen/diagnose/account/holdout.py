@@ -1,0 +1,130 @@
+"""The recordings that no choice has seen: looked at once, when the verdict stands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.diagnose.hypotheses.setting import Setting
+from modelgen.diagnose.noise.noise import outliers_of
+from modelgen.diagnose.verdict import Rms
+from modelgen.errors import InputError
+from modelgen.fit import GaussNewton
+from modelgen.fit.experiment import Experiment, make_layout
+from modelgen.fit.motion import errors_in_motion
+from modelgen.fit.problem import Problem
+from modelgen.fit.series import Array, Series, make_series
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """Holdout series with raw residuals before and after, and the rms figures of the verdict."""
+
+    series: tuple[Series, ...]
+    raw_before: tuple[Array, ...]
+    raw_after: tuple[Array, ...]
+    before: Rms
+    after: Rms
+    notes: tuple[str, ...] = ()
+
+
+def look_at_holdout(setting: Setting, base: Fit, best: Fit, scale: float) -> Held:
+    """Residuals of both models on the held-out recordings; only its own parameters are fitted on each.
+
+    `scale` is the level of the noise in units of what is stated (or was estimated on the fit recordings).
+    """
+    notes: tuple[str, ...] = ()
+    records = setting.case.holdout
+    try:
+        series = tuple(make_series(setting.model, setting.case, r) for r in records)
+    except InputError as why:
+        series, notes = (), (f"hold-out not used: {why}",)
+    moved = []
+    for s, r in zip(series, records, strict=False):
+        s = _levelled_like(setting.series[0], s)
+        if setting.model.is_time_model:
+            e, theta = predict(best, s, setting)
+            s = errors_in_motion(replace(e, series=(s,)), setting.case, r, theta, 0)
+        moved.append(s)
+    raws, rms = [], []
+    for fit in (base, best):
+        predicted = [predict(fit, s, setting) for s in moved]
+        held = [e.raw(theta, 0) for e, theta in predicted]
+        mine = [fit.hypothesis.experiment.raw(fit.theta, k) for k in range(len(setting.series))]
+        white = [s.whitener.apply(e) for s, e in zip(setting.series, mine, strict=True)]
+        held_white = [_without_outliers(e, theta) for e, theta in predicted]
+        raws.append(tuple(held))
+        rms.append(Rms(_rms(mine), _rms(held), _rms(white, True) / scale, _rms(held_white, True) / scale))
+    return Held(tuple(moved), raws[0], raws[1], rms[0], rms[1], notes)
+
+
+def _levelled_like(fit: Series, s: Series) -> Series:
+    """Where its noise is not stated, a held-out recording has that of the fit recordings."""
+    if s.stated or s.measure != fit.measure:
+        return s
+    return replace(s, whitener=s.whitener.scaled(_weight(s) / _weight(fit)))
+
+
+def _weight(s: Series) -> float:
+    """The typical weight; of complex data that of the relative residual."""
+    w = np.abs(s.whitener.weight)
+    used = w[..., :] * (s.size if np.iscomplexobj(s.whitener.weight) else 1.0)
+    return float(np.median(used[used > 0]))
+
+
+def _without_outliers(e: Experiment, theta: Array) -> Array:
+    return np.where(outliers_of(e, theta, 0)[None, :], 0.0, e.whitened(theta)[0])
+
+
+def predict(fit: Fit, s: Series, setting: Setting) -> tuple[Experiment, Array]:
+    """A fitted hypothesis on another recording: the experiment and θ, the recording's own parameters
+    fitted."""
+    e = fit.hypothesis.experiment
+    layout = make_layout(e.model, setting.case, (s,))
+    other = Experiment(e.model, e.function, _same_order(e, layout), (s,), e.constants)
+    known = dict(zip(e.layout.wrt, e.local(fit.theta, 0), strict=True))
+    theta = np.array([known[n.split("[")[0]] for n in other.layout.names])
+    own = [k for k, n in enumerate(other.layout.names) if n.split("[")[0] in layout.own]
+    return other, _fit_own(other, theta, own) if own else theta
+
+
+def _same_order(e: Experiment, layout):  # type: ignore[no-untyped-def]
+    """The layout of one recording with the columns that the compiled function has."""
+    names = [n.split("[")[0] for n in layout.names]
+    place = np.array([[names.index(w) for w in e.layout.wrt]])
+    return replace(layout, wrt=e.layout.wrt, place=place)
+
+
+def _fit_own(e: Experiment, theta: Array, own: list[int]) -> Array:
+    """θ with the entries `own` fitted to the recording."""
+    whole = e.problem(theta)
+
+    def full(x: Array) -> Array:
+        t = theta.copy()
+        t[own] = x
+        return t
+
+    def linearise(x: Array) -> tuple[Array, Array]:
+        r, J = e.linearised(full(x))
+        return r, J[:, own]
+
+    low, high = whole.lower[own], whole.upper[own]
+    problem = Problem(
+        tuple(whole.names[k] for k in own), tuple(whole.units[k] for k in own), low, high,
+        np.clip(theta[own], low, high),
+        residual=lambda x: linearise(x)[0], linearise=linearise, n_data=whole.n_data,
+    )  # fmt: skip
+    return full(np.asarray(GaussNewton(max_iter=40).run(problem).theta))
+
+
+def _rms(parts: list[Array] | tuple[Array, ...], used: bool = False) -> float:
+    """Root mean square over recordings: of complex channels the modulus, of real ones the value."""
+    if not parts:
+        return float("nan")
+    if used:
+        x = np.concatenate([p.ravel() for p in parts])
+        x = x[x != 0]
+        return float(np.sqrt(np.mean(x**2))) if x.size else float("nan")
+    return float(np.sqrt(np.mean(np.concatenate([np.sum(p**2, axis=0) for p in parts]))))

@@ -1,0 +1,101 @@
+"""A verdict in words: its summary, and notes on what recordings and bounds hide."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from modelgen.diagnose.account.holdout import Held
+from modelgen.diagnose.gate.gate import Gate
+from modelgen.diagnose.hypotheses.evidence import effective
+from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.diagnose.hypotheses.setting import Outcome, Setting
+from modelgen.diagnose.verdict import Finding
+
+
+def blind_note(outcome: Outcome) -> tuple[str, ...]:
+    ids = sorted({a.id for a in outcome.blind})
+    if not ids:
+        return ()
+    return (f"these recordings can't show {', '.join(ids)}: free parameters of the model do the same",)
+
+
+def bound_note(setting: Setting, base: Fit) -> tuple[str, ...]:
+    """Which parameters the case's own bounds hold: what they forbid may look like physics left out."""
+    held = []
+    for p, value in zip(base.hypothesis.experiment.layout.parameters, base.theta, strict=True):
+        ends = setting.case.bounds.get(p.name.split("[")[0])
+        if ends is not None and np.min(np.abs(value - np.array(ends))) <= 1e-6 * (ends[1] - ends[0]):
+            held.append(f"{p.name} lies on its bound of {value:.4g}")
+    return (f"{', '.join(held)}: what seems left out may be what this forbids",) if held else ()
+
+
+FEW = 5
+"""With fewer values to spare than this a fit without misfit says nothing."""
+
+
+def spare_values(fit: Fit) -> int:
+    """Data values beyond the number of fitted parameters."""
+    return effective(fit.white) - fit.parameters
+
+
+def summary(setting: Setting, findings: Sequence[Finding], held: Held, gate: Gate, spare: int) -> str:
+    model, before, after = setting.model.id, held.before.fit_over_noise, held.after.fit_over_noise
+    if not findings and spare < FEW:
+        return f"{model} can't be judged: {max(spare, 0)} values more than parameters tell nothing."
+    if not findings:
+        left = f"what is left is {after:.2f} times the noise, and looks like it"
+        return f"{model} explains the recordings: {left}.{_but(setting, held, gate)}"
+    if gate.unknown:
+        says = gate.leftover.says or "the residual is not noise"
+        better = " better" if gate.tied else ""
+        told = f"{model} leaves {before:.3g} times the noise, which no effect explains{better}: {says}."
+        if findings[0].parameters:
+            told += f" With these terms it leaves {after:.3g}."
+        return told + (f" These data can't tell it from {' and '.join(gate.tied.ids)}." if gate.tied else "")
+    names = " and ".join(f.id for f in findings)
+    first = (
+        f"{model} lacks {names} (probability {findings[0].probability:.0%}): "
+        f"the residual falls from {before:.3g} to {after:.3g} times the noise."
+    )
+    others = findings[0].equivalents
+    second = (
+        f" These data can't tell it from {', '.join(others)}."
+        if others
+        else f" {findings[0].says[0].upper() + findings[0].says[1:]}."
+    )
+    return first + second
+
+
+WORSE = 9.0
+"""Three standard deviations: so much worse does the hold-out's χ² by chance alone not get."""
+
+
+def holdout_note(held: Held) -> tuple[str, ...]:
+    """Whether the named effects predict the held-out recordings worse than the model without them."""
+    before, after = held.before.holdout_over_noise, held.after.holdout_over_noise
+    count = sum(s.data.size for s in held.series)
+    if not count or count * (after**2 - before**2) < WORSE:
+        return ()
+    return (
+        f"beyond what was fitted the claim is not to be trusted: it misses the held-out recordings by "
+        f"{after:.3g} times the noise, the model without it by {before:.3g}",
+    )
+
+
+MISSED = 1.5
+"""A hold-out is missed when it lies this many times the noise from the model."""
+
+
+def _but(setting: Setting, held: Held, gate: Gate) -> str:
+    """What is odd all the same: a stated noise that is wrong by far, a hold-out that is missed."""
+    odd = ""
+    if all(s.stated for s in setting.series) and not 0.5 < gate.scale < 2.0:
+        odd += f" That is {gate.scale:.2g} times the noise that is stated."
+    if (out := held.after.holdout_over_noise or 0.0) > MISSED:
+        odd += (
+            f" But it misses the held-out recordings by {out:.2g} times the noise: beyond what "
+            "was fitted it is not to be trusted."
+        )
+    return odd

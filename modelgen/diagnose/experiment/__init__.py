@@ -1,0 +1,1 @@
+"""The recording that would tell apart what the data do not."""

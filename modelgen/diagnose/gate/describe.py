@@ -1,0 +1,122 @@
+"""A model of what no catalogue holds: the terms that describe it, at the port where they describe it best.
+
+It says no more than the recordings do: a sum of resonant terms over frequency, powers of displacement and
+speed in time. But it can be built, fitted, exported and diagnosed like any other model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from modelgen.diagnose.gate.generic import PITCHES, Leftover
+from modelgen.diagnose.hypotheses.hypothesis import Addition, make_hypotheses
+from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
+from modelgen.effects import Effect, Shape, Strength
+from modelgen.effects.effect import add
+from modelgen.language import Abs, Port, cos, j, sign, sin
+
+ANY = (-float("inf"), float("inf"))
+SOURCE = "a description, no law"
+Term = tuple[int, int, Callable[[Any, Any], Any]]
+"""Powers of displacement and of speed in its unit, and the term of z and v."""
+
+POWERS: dict[str, tuple[Term, ...]] = {
+    "displacement": tuple((k, 0, lambda z, v, k=k: z**k) for k in range(2, 6)),  # type: ignore[misc]
+    "speed": (
+        (0, 0, lambda z, v: sign(v)), (0, 1, lambda z, v: Abs(v)), (0, 2, lambda z, v: v * Abs(v)),
+        (0, 2, lambda z, v: v**2), (0, 3, lambda z, v: v**3),
+    ),
+    "both": tuple(
+        term
+        for a in (1, 2, 3)
+        for term in (
+            (a, 1, lambda z, v, a=a: z**a * v), (a, 1, lambda z, v, a=a: z**a * Abs(v)),
+            (a, 0, lambda z, v, a=a: z**a * sign(v)),
+        )
+    ),
+}  # fmt: skip
+
+
+def described(setting: Setting, outcome: Outcome, left: Leftover) -> Fit | None:
+    """The base with terms for what is `left` to describe, fitted; None where no terms do or where they gain
+    nothing."""
+    ports = [p for p in setting.model.ports if p.name == left.port]
+    effect = _effect(setting, left, ports[0]) if ports and left.terms else None
+    if effect is None:
+        return None
+    port = next(iter(effect.fits(setting.model)), None)
+    if port is None:
+        return None
+    a = Addition(effect, port, {q.name: (q.low, q.high) for q in effect.shapes})
+    made = make_hypotheses(setting.model, setting.case, setting.series, [(a,)])
+    if not made:
+        return None
+    base = outcome.base
+    shapes = {f"{a.id}_{q.name}": float(np.sqrt(q.low * q.high)) for q in effect.shapes}
+    fit = outcome.judge.fit(made[0], [made[0].place(base.hypothesis, base.theta, shapes)])
+    return fit if base.bic - fit.bic > ALARM else None
+
+
+def _effect(setting: Setting, left: Leftover, port: Port) -> Effect | None:
+    id = f"unknown_{port.name}"
+    if not setting.model.is_time_model:
+        return _resonant(id, port, left.terms)
+    name, which = left.terms
+    if name == "position":
+        moved = next(i.derived[1] for i in setting.model.inputs if i.derived and i.derived[0] == "rate")
+        z = max((s.inputs[moved] for s in setting.series), key=np.ptp)
+        return _wave(id, port, 2 * np.pi * float(PITCHES[int(str(which))] / np.ptp(z)))
+    return _powers(id, port, POWERS[str(name)]) if name in POWERS else None
+
+
+def _wave(id: str, port: Port, kappa: float) -> Effect:
+    """a cos κz + b sin κz, added to the force."""
+    strengths = tuple(Strength(n, "{port}", bounds=ANY, text="amplitude") for n in "ab")
+    shape = Shape("kappa", "1/({z})", "1", kappa / 1.3, 1.3 * kappa, text="2π over its wavelength")
+
+    def terms(at: Port, p: Any) -> Any:
+        return p["a"] * cos(p["kappa"] * at["z"]) + p["b"] * sin(p["kappa"] * at["z"])
+
+    says = "a wave over displacement that describes what is left"
+    return Effect(id, (port.kind,), says, SOURCE, strengths, add(terms), (shape,), ("z",))
+
+
+def _resonant(id: str, port: Port, places: tuple[Any, ...]) -> Effect:
+    """Σ (a_k + j b_k)/(1 + j Q_k (ω/ω_k − ω_k/ω)) at the port, near the given (frequency, Q)."""
+    strengths, shapes = [], []
+    for k, (f0, Q) in enumerate(places, 1):
+        w = 2 * np.pi * f0
+        strengths += [Strength(f"{n}_{k}", "{port}", bounds=ANY, text="amplitude") for n in "ab"]
+        shapes += [
+            Shape(f"omega_{k}", "rad/s", "1", w / 1.3, 1.3 * w, text="where"),
+            Shape(f"Q_{k}", "1", "1", Q / 4, 4 * Q, text="how narrow"),
+        ]
+
+    def terms(at: Port, p: Any) -> Any:
+        total: Any = 0
+        for k in range(1, len(places) + 1):
+            u = at["omega"] / p[f"omega_{k}"]
+            total += (p[f"a_{k}"] + j * p[f"b_{k}"]) / (1 + j * p[f"Q_{k}"] * (u - 1 / u))
+        return total
+
+    says = "resonant terms that describe what is left"
+    return Effect(id, (port.kind,), says, SOURCE, tuple(strengths), add(terms), tuple(shapes), ("omega",))
+
+
+def _powers(id: str, port: Port, chosen: tuple[Term, ...]) -> Effect:
+    """Powers of displacement and speed, added to the force."""
+    strengths = tuple(
+        Strength(f"c_{n}", f"{{port}}/({{z}}**{a}*{{v}}**{b})", bounds=ANY, text="coefficient")
+        for n, (a, b, _) in enumerate(chosen, 1)
+    )
+
+    def terms(at: Port, p: Any) -> Any:
+        return sum(p[f"c_{n}"] * what(at["z"], at["v"]) for n, (_, _, what) in enumerate(chosen, 1))
+
+    return Effect(
+        id, (port.kind,), "terms that describe what is left", SOURCE, strengths, add(terms), needs=("z", "v")
+    )

@@ -1,0 +1,240 @@
+"""Is the best hypothesis good enough? What remains is tested for what noise is not: dependence on state, and
+level."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from modelgen.diagnose.gate.describe import described
+from modelgen.diagnose.gate.generic import Leftover, leftover
+from modelgen.diagnose.gate.oddities import lone
+from modelgen.diagnose.gate.unlisted import best_unlisted, cheaper, with_rivals
+from modelgen.diagnose.hypotheses.ranking import OUTSIDE
+from modelgen.diagnose.hypotheses.refit import Fit, plain_white
+from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting
+from modelgen.diagnose.noise.noise import first_order, modelled_output, standing_alone
+from modelgen.diagnose.noise.recolour import GROSS_ESTIMATED, beyond, own_colour
+from modelgen.fit.scatter import local_scatter
+from modelgen.fit.series import Array
+
+LEFT = 20.0
+"""ΔBIC that a description without a catalogue must gain before the rest counts as physics."""
+REST = 0.1
+"""What is left may hold this share of the evidence for the named effects: the right family, its law not
+quite. With more it is another thing that they imitate."""
+EXPLAINED = 0.85
+"""Share of the misfit that named effects must explain to be named although far more than noise is left."""
+PART = 0.5
+"""The same where even the best hypothesis stays far from the data: real records hold many effects, none
+exactly."""
+SOME = 0.3
+"""The same where no description of the whole is better than they are."""
+BETTER = 0.9
+"""A description without a catalogue is taken before named effects that gain less than this share of its
+evidence."""
+CREDIBLE = 1.35
+"""A stated noise is believed when the best hypothesis leaves 1/CREDIBLE to CREDIBLE times as much."""
+GROSS = 2.3
+"""A residual this many times the stated noise is not noise: a factor of two is soon forgotten, more is
+not, unless neighbours scatter as much."""
+
+
+@dataclass(frozen=True)
+class Gate:
+    """The decision: `unknown` physics or not; `floor` mean square of plain white residuals that is noise;
+    `scale` its root."""
+
+    unknown: bool
+    leftover: Leftover
+    probability: float
+    floor: float
+    scale: float
+    noise: str
+    notes: tuple[str, ...]
+    fit: Fit | None = None
+    """The base with what no catalogue holds."""
+    tied: Fit | None = None
+    """The named effects, where the data do not exclude them beside it."""
+
+
+def judge_adequacy(
+    setting: Setting,
+    outcome: Outcome,
+    sensitivities: Mapping[str, Array],
+    oddity: Leftover | None = None,
+) -> Gate:
+    """Gate on the residual of the best hypothesis, and on what the outliers have in common (`oddity`)."""
+    best = outcome.best
+    plain = plain_white(best)
+    after, before = _mean_square(plain), _mean_square(plain_white(outcome.base))
+    many = plain[0].shape[1] >= 8
+    scatter = float(np.mean([local_scatter(x) ** 2 for e in plain for x in e])) if many else 1.0
+    stated = all(s.stated for s in setting.series)
+    # a level that was estimated of the base's residual holds what the base misses from sample to sample
+    limit = GROSS * beyond(np.sqrt(scatter)) if stated else GROSS_ESTIMATED * min(1.0, np.sqrt(scatter))
+    gross = many and not _smooth(setting, outcome) and np.sqrt(after) > limit
+    gross = gross and (stated or setting.model.is_time_model or not all(map(first_order, plain)))
+    left = leftover(setting.model, outcome.judge, best, sensitivities)
+    far = left.gain > LEFT or gross or outcome.judge.temper > 1.0
+    floor = _floor(after, scatter, sum(e.size for e in plain), stated, far)
+    explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
+    unknown = _unexplained(outcome, left, gross, explained) and not _better_named(
+        setting, outcome, sensitivities, explained
+    )
+    rival = _described(setting, outcome)
+    other = None if unknown else _imitated(setting, outcome, sensitivities) or _line(outcome)
+    notes: tuple[str, ...] = ()
+    if other is None and oddity is not None and not unknown:
+        if best.hypothesis.added:
+            notes = (oddity.says,)
+        else:
+            other = oddity
+    if other is not None:
+        unknown, left = True, other
+    elif rival is not None:
+        unknown, left = True, _leftover(outcome, rival[0], rival[1] + LEFT)
+    structured = other is not None or rival is not None or left.gain > LEFT
+    notes += _far_notes(outcome, unknown, left, explained, np.sqrt(after / floor)) if far else ()
+    odds = float(np.exp(min(left.gain, 60.0) / 2 - 5.0)) if structured else 9.0
+    words = _noise_words(setting, outcome, after, stated)
+    fit = rival[0] if rival is not None and other is None else None
+    tied = None
+    if rival is not None and fit is not None and best.hypothesis.added:
+        odds = float(np.exp(min(rival[1], 60.0) / (2 * TEMPER)))
+        tied = best if rival[1] < CLOSE else None
+    probability = (1 - OUTSIDE) * odds / (1 + odds)
+    return Gate(unknown, left, probability, floor, float(np.sqrt(floor)), words, notes, fit, tied)
+
+
+def modelled(setting: Setting, outcome: Outcome, gate: Gate) -> Gate:
+    """The gate with a model of what is unknown, the best that there is; None where nothing describes it."""
+    if gate.fit is not None or not gate.leftover.terms:
+        return gate
+    terms = described(setting, outcome, gate.leftover)
+    other = best_unlisted(with_rivals(setting, outcome))
+    if other is None or outcome.base.bic - other.bic < ALARM or (terms is not None and terms.bic < other.bic):
+        return replace(gate, fit=terms)
+    return replace(gate, fit=other, leftover=_leftover(outcome, other, gate.leftover.gain))
+
+
+def _described(setting: Setting, outcome: Outcome) -> tuple[Fit, float] | None:
+    """What no catalogue holds but explains more than the named effects, coloured noise of its own beside
+    each: that has peaks, too."""
+    rival = cheaper(outcome)
+    if rival is None:
+        return None
+    best, other = (own_colour(setting, outcome.judge, f) for f in (outcome.best, rival[0]))
+    return rival if best - other > (0.0 if outcome.best.hypothesis.added else CLOSE) else None
+
+
+def _leftover(outcome: Outcome, fit: Fit, gain: float) -> Leftover:
+    """A fit of what no catalogue holds, as a description."""
+    a = fit.hypothesis.added[0]
+    return Leftover(gain, outcome.base.chi2 - fit.chi2, a.port.name, a.effect.says)
+
+
+def _smooth(setting: Setting, outcome: Outcome) -> bool:
+    """Whether a smooth error that nobody stated is counted as noise."""
+    pairs = zip(setting.series, outcome.judge.whiteners, strict=True)
+    return any(w.root is not None and s.whitener.root is None for s, w in pairs)
+
+
+def _unexplained(outcome: Outcome, left: Leftover, gross: bool, explained: float) -> bool:
+    """Whether what is left after the best hypothesis is physics that it doesn't name."""
+    if outcome.judge.temper > 1.0:
+        return not outcome.best.hypothesis.added or explained < PART
+    gained = outcome.base.bic - outcome.best.bic
+    return (left.gain > LEFT and left.gain > REST * gained) or (gross and explained < EXPLAINED)
+
+
+def _better_named(
+    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], explained: float
+) -> bool:
+    """Whether named effects, though they leave a part, are a better account of recordings over time than the
+    functions of displacement and speed that describe the whole: real records hold many effects, none
+    exactly."""
+    if not setting.model.is_time_model or outcome.judge.temper > 1.0 or not outcome.best.hypothesis.added:
+        return False
+    whole = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
+    terms = described(setting, outcome, whole)
+    if terms is None:
+        return False
+    gained = outcome.base.bic - outcome.best.bic
+    return gained > max(whole.gain, outcome.base.bic - terms.bic) - CLOSE and explained > SOME
+
+
+def _imitated(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array]) -> Leftover | None:
+    """What no catalogue holds but fits sweeps better than the named effects do, and by far."""
+    if setting.model.is_time_model or outcome.judge.temper > 1.0 or not outcome.best.hypothesis.added:
+        return None
+    rival = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
+    gained = outcome.base.bic - outcome.best.bic
+    return rival if rival.gain > gained + LEFT and gained < BETTER * rival.gain else None
+
+
+def _far_notes(
+    outcome: Outcome, unknown: bool, left: Leftover, explained: float, rest: float
+) -> tuple[str, ...]:
+    """How far the rest is from noise, and what the named effects have explained."""
+    if not unknown:
+        return (
+            f"the named effects explain {explained:.0%} of the misfit; still left is {rest:.1f} times the "
+            f"noise: {left.says or 'not noise'}",
+        )
+    if outcome.judge.temper == 1.0 or not outcome.best.ids:
+        return ()
+    names = " and ".join(outcome.best.ids)
+    return (f"the best that the catalogue has, {names}, explains {explained:.0%} of the misfit",)
+
+
+def _line(outcome: Outcome) -> Leftover | None:
+    """What is claimed from sweeps, when it stands on a few frequencies alone."""
+    best = outcome.best
+    e = best.hypothesis.experiment
+    if e.model.is_time_model or not best.hypothesis.added or any(s.measure == "real" for s in e.series):
+        return None
+    f = [s.inputs[e.model.axis] for s in e.series]
+    own = [standing_alone(modelled_output(e, best.theta, k)) for k in range(len(e.series))]
+    found = lone(f, outcome.base.white, best.white, own, best.hypothesis.added[0].port.name)
+    return None if found is None or _elsewhere(outcome, found[1]) else found[0]
+
+
+def _elsewhere(outcome: Outcome, line: Sequence[Array]) -> bool:
+    """Whether the claim stands without the samples of a line, by which the base is bent no more."""
+    masks = [np.where(m, 0.0, 1.0) for m in line]
+    whiteners = tuple(w.masked(m) for w, m in zip(outcome.judge.whiteners, masks, strict=True))
+    judge, base, best = replace(outcome.judge, whiteners=whiteners), outcome.base, outcome.best
+    starts = [base.theta, best.hypothesis.values_of(best.theta, base.hypothesis)]
+    gained = judge.fit(base.hypothesis, starts).bic - judge.fit(best.hypothesis, [best.theta]).bic
+    return gained > LEFT
+
+
+def _floor(after: float, scatter: float, count: int, stated: bool, far: bool) -> float:
+    """Mean square of whitened residuals that is noise.
+
+    Far from the data: the scatter between neighbours, not below what is stated. Else what is stated, where
+    the best hypothesis' residual agrees with it (or too few samples tell); else that residual.
+    """
+    if far:
+        return min(after, max(scatter, 1.0 if stated else 0.0))
+    return 1.0 if stated and (count < 60 or 1 / CREDIBLE**2 < after < CREDIBLE**2) else after
+
+
+def _mean_square(white: list[Array]) -> float:
+    used = np.concatenate([e.ravel() for e in white])
+    used = used[used != 0]
+    return float(np.mean(used**2)) if used.size else 1.0
+
+
+def _noise_words(setting: Setting, outcome: Outcome, after: float, stated: bool) -> str:
+    colour = [w.ar for w in outcome.judge.whiteners if w.ar is not None and len(w.ar) > 1]
+    level = f"{np.sqrt(after):.2f} times the {'stated' if stated else 'local'} level"
+    words = f"residual of the best hypothesis at {level}"
+    if colour:
+        words += f", coloured (autoregressive, order up to {max(len(a) for a in colour) - 1})"
+    if any(w.root is not None for w in outcome.judge.whiteners):
+        words += ", with a smooth calibration error in its covariance"
+    return words

@@ -1,0 +1,353 @@
+"""What is left, described without a catalogue: which variables the remaining residual depends on, and at
+which port.
+
+Frequency: resonant atoms at each port, by matching pursuit beside the fit's own sensitivities. Time:
+functions of few variables, linear and hysteretic memories, lines of a spectrum. All under the noise as it is
+judged, colour included.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from modelgen.diagnose.hypotheses.evidence import effective, settled
+from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.hypotheses.setting import COLOUR_SWEEP, COLOUR_TIME
+from modelgen.diagnose.search.screen import Tangent
+from modelgen.fit.colour import coloured
+from modelgen.fit.series import Array, Whitener
+from modelgen.language import Model
+
+
+@dataclass(frozen=True)
+class Leftover:
+    """The best description of what remains: ΔBIC gained (positive is better), χ² explained, port and
+    sentence.
+
+    terms: (frequency, Q) of resonant terms; in time the name of a group of terms, and which of them.
+    """
+
+    gain: float
+    chi2: float
+    port: str
+    says: str
+    terms: tuple[object, ...] = ()
+
+
+def leftover(model: Model, judge: Judge, fit: Fit, sensitivities: Mapping[str, Array]) -> Leftover:
+    """Describe what the fit leaves. `sensitivities` (frequency models): port → d(output)/d(port quantity),
+    complex.
+
+    `gain` is 0 with empty words when no description gains anything.
+    """
+    if model.is_time_model:
+        found = _in_time(model, judge, fit)
+    else:
+        found = _in_frequency(judge, fit, Tangent.of(*judge.tangent(fit)), sensitivities)
+    return max(found, key=lambda x: x.gain, default=Leftover(0.0, 0.0, "", ""))
+
+
+def _gain(tangent: Tangent, columns: Array, n: int, price: float = 0.0) -> tuple[float, float, Array]:
+    """(ΔBIC, χ², residual then) of free amounts of `columns` (N, k) beside the fit, its level profiled;
+    `price` for looking."""
+    rest = tangent.off(columns)
+    size = np.linalg.norm(rest, axis=0)
+    keep = size > 1e-6 * np.linalg.norm(columns, axis=0)
+    if not keep.any():
+        return 0.0, 0.0, tangent.r
+    unit = rest[:, keep] / size[keep]
+    values, vectors = np.linalg.eigh(unit.T @ unit)
+    good = values > 1e-10 * values[-1]
+    part = (vectors.T @ (unit.T @ tangent.r))[good]
+    explained = float(np.sum(part**2 / values[good]))
+    left = tangent.r - unit @ (vectors[:, good] @ (part / values[good]))
+    share = settled(left) / max(settled(tangent.r), 1e-300)
+    return -n * float(np.log(max(share, 1e-12))) - int(good.sum()) * float(np.log(n)) - price, explained, left
+
+
+# -- frequency
+# ---------------------------------------------------------------------------------------------------
+
+
+SPARE = 10
+"""Values beyond parameters and amounts that a description must leave: fewer are met by anything."""
+
+
+def _in_frequency(
+    judge: Judge, fit: Fit, tangent: Tangent, sensitivities: Mapping[str, Array]
+) -> list[Leftover]:
+    e = fit.hypothesis.experiment
+    if any(s.measure != "complex" for s in e.series):
+        return []
+    axis = e.model.axis
+    f = np.concatenate([s.inputs[axis] for s in e.series])
+    n = effective(fit.white)
+    found = []
+    for port, slope in sensitivities.items():
+        atoms, places = _resonances(f)
+        columns = np.concatenate([_whiten(judge, e.series, slope[:, None] * a) for a in atoms], axis=1)
+        rest = tangent.off(columns)
+        size = np.sum(rest**2, axis=0)
+        size[size < 1e-12 * np.sum(columns**2, axis=0)] = np.inf
+        chosen: list[int] = []
+        r = tangent.r
+        best = Leftover(0.0, 0.0, port, "")
+        for count in range(1, 5):
+            if n - fit.parameters - 2 * count < SPARE:
+                break
+            k = int(np.argmax((rest.T @ r) ** 2 / size))
+            pair = [k - k % 2, k - k % 2 + 1]
+            chosen += [c for c in pair if c not in chosen]
+            price = 2.0 * count * np.log(len(places))
+            gain, chi2, left = _gain(tangent, columns[:, chosen], n, price)
+            if gain > max(best.gain, CHECKED):  # coloured noise has peaks, too
+                own = _own_colours(judge.whiteners, fit.white, left, COLOUR_SWEEP)
+                gain = min(gain, own - len(chosen) * float(np.log(n)) - price)
+            if gain > best.gain:
+                at = tuple(places[c // 2] for c in chosen[::2])
+                where = ", ".join(f"{f0:.4g}" for f0, _ in at)
+                best = Leftover(gain, chi2, port, f"resonant terms near {where} Hz at the {port} port", at)
+            u, _ = np.linalg.qr(rest[:, chosen])
+            r = tangent.r - u @ (u.T @ tangent.r)
+        found.append(best)
+    return found
+
+
+def _resonances(f: Array) -> tuple[list[Array], list[tuple[float, float]]]:
+    """Complex unit atoms 1/(1 + jQ(f/f0 − f0/f)), each also times j: columns of an amplitude and its
+    quadrature."""
+    atoms: list[Array] = []
+    places: list[tuple[float, float]] = []
+    decades = float(np.log(f.max() / f.min()))
+    for Q in (2.0, 8.0, 30.0, 120.0):
+        for f0 in np.geomspace(f.min(), f.max(), int(np.clip(decades * Q, 12, 150))):
+            atom = 1 / (1 + 1j * Q * (f / f0 - f0 / f))
+            atoms.append(np.stack([atom, 1j * atom], axis=1))
+            places.append((float(f0), Q))
+    return atoms, places
+
+
+def _whiten(judge: Judge, series: Sequence[object], z: Array) -> Array:
+    """Whitened columns (N, k) of complex changes z (samples, k) of the output."""
+    at, out = 0, []
+    for s, w in zip(series, judge.whiteners, strict=True):
+        part = z[at : at + s.n].T  # type: ignore[attr-defined]
+        at += s.n  # type: ignore[attr-defined]
+        white = w.apply(np.stack([part.real, part.imag]))  # (2, k, n)
+        out.append(white.transpose(0, 2, 1).reshape(-1, z.shape[1]))
+    return np.concatenate(out)
+
+
+# -- time
+# --------------------------------------------------------------------------------------------------------
+
+
+def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
+    """Groups of terms in time, each judged with the colour of its own residual, so that coloured noise gains
+    nothing."""
+    plain = Judge(tuple(replace(w, ar=None) for w in judge.whiteners), judge.prior)
+    fit = plain.look(fit.hypothesis, fit.theta)
+    tangent = Tangent.of(*plain.tangent(fit))
+    e = fit.hypothesis.experiment
+    n = effective(fit.white)
+    names = {i.derived[0]: i.name for i in model.inputs if i.derived}
+    moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), "")
+    found = [_line(model, fit, n)]
+    for says, port, make in _groups() if moved else ():
+        blocks = []
+        for k, s in enumerate(e.series):
+            force = e.raw(fit.theta, k)[0] + s.data[0]
+            z, v = _unit(s.inputs[moved]), _speed(s.inputs[names["rate"]])
+            columns = np.stack(list(make(z, v, s.inputs[model.axis], _unit(force))))
+            blocks.append(plain.whiteners[k].apply(columns[None])[0].T)
+        found.append(
+            _best_of(
+                tangent,
+                np.concatenate(blocks),
+                plain.whiteners,
+                fit.white,
+                port,
+                says,
+                make.__name__,
+            )
+        )
+    return found
+
+
+TOGETHER = {"position": 2, "shown": 1}
+"""Groups of which only so many terms act at a time (a pitch, a limit): each is tried, at the price of
+looking."""
+
+
+def _best_of(
+    tangent: Tangent,
+    columns: Array,
+    whiteners: Sequence[Whitener],
+    white: Sequence[Array],
+    port: str,
+    says: str,
+    group: str,
+) -> Leftover:
+    """The gain of a group of terms, all at once or the best few neighbours of them; checked with colours of
+    their own."""
+    size, n, few = columns.shape[1], effective(white), TOGETHER.get(group, 0)
+    sets = [list(range(size))] if not few else [list(range(k, k + few)) for k in range(0, size, few)]
+    price = 2 * float(np.log(len(sets)))
+    tried = [(*_gain(tangent, columns[:, c], n, price), len(c)) for c in sets]
+    best = max(range(len(tried)), key=lambda k: tried[k][0])
+    gain, chi2, rest, count = tried[best]
+    if gain > CHECKED:
+        gain = min(gain, _own_colours(whiteners, white, rest, COLOUR_TIME) - count * float(np.log(n)) - price)
+    return Leftover(float(gain), chi2, port, says, (group, best))
+
+
+CHECKED = 10.0
+"""ΔBIC from which a gain is checked with colours of their own."""
+
+
+def _own_colours(whiteners: Sequence[Whitener], white: Sequence[Array], rest: Array, order: int) -> float:
+    """2 Δ ln L of a residual `white` against what is left of it (`rest`, joined), each with a colour of its
+    own, up to `order`."""
+    total, at = 0.0, 0
+    for w, x in zip(whiteners, white, strict=True):
+        y = rest[at : at + x.size].reshape(x.shape)
+        at += x.size
+        parts = []
+        for z in (x, y):
+            own = coloured([replace(w, ar=None)], [z], order)[0]
+            used = own.colour(z)[z != 0]
+            taken = 0 if own.ar is None else len(own.ar) - 1
+            parts.append(
+                used.size * float(np.log(np.mean(used**2))) + taken * float(np.log(max(used.size, 2)))
+            )
+        total += parts[0] - parts[1]
+    return total
+
+
+def _unit(x: Array) -> Array:
+    half = float(np.ptp(x)) / 2 or 1.0
+    return (x - (x.max() + x.min()) / 2) / half
+
+
+def _speed(v: Array) -> Array:
+    return v / (float(np.quantile(np.abs(v), 0.995)) or 1.0)
+
+
+PITCHES = np.geomspace(1.0, 80.0, 90)
+"""Half waves in half a stroke that are tried."""
+
+
+def _groups() -> list[tuple[str, str, Callable[[Array, Array, Array, Array], Iterable[Array]]]]:
+    def position(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        for k in PITCHES:
+            yield np.cos(k * np.pi * z)
+            yield np.sin(k * np.pi * z)
+
+    def displacement(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        return (z**k for k in range(2, 9))
+
+    def speed(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        yield from (np.sign(v) * np.abs(v) ** p for p in (0.3, 0.6, 1.5, 2.0, 3.0))
+        yield from (np.abs(v) ** p for p in (0.5, 1.0, 2.0))
+
+    def both(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        for a in (1, 2, 3):
+            yield z**a * v
+            yield z**a * np.abs(v)
+            yield z**a * np.sign(v)
+
+    def play(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        for g in (0.02, 0.05, 0.1, 0.2, 0.4, 0.8):
+            yield _play(z, g)
+
+    def memory(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        from scipy.signal import lfilter
+
+        step = float(np.median(np.diff(t)))
+        for tau in np.geomspace(3 * step, max((t[-1] - t[0]) / 2, 6 * step), 7):
+            a = np.exp(-step / tau)
+            yield lfilter([1 - a], [1, -a], z - z[0])
+
+    def shown(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        for q in (0.3, 0.5, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995):
+            yield np.maximum(F - q, 0.0)
+            yield np.minimum(F + q, 0.0)
+
+    return [
+        ("a force that depends on position, with short wavelengths", "force", position),
+        ("a force that depends on displacement alone", "force", displacement),
+        ("a force that depends on speed alone", "force", speed),
+        ("a force that depends on displacement and speed together", "force", both),
+        ("a hysteretic memory of the displacement", "force", play),
+        ("a linear memory of the displacement", "force", memory),
+        ("a distortion of the force channel: it depends on the force itself", "sensor", shown),
+    ]
+
+
+def _play(z: Array, g: float) -> Array:
+    """Play operator of half width g."""
+    out = np.empty_like(z)
+    w = z[0]
+    for i, x in enumerate(z):
+        w = min(max(w, x - g), x + g)
+        out[i] = w
+    return out
+
+
+def _follows(model: Model, fit: Fit, grid: Array, width: float) -> Array:
+    """Frequencies of `grid` at which the motion itself, or a harmonic of it, has power: what happens there
+    follows it."""
+    moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
+    near = np.zeros(len(grid), dtype=bool)
+    for s in fit.hypothesis.experiment.series if moved else ():
+        t, z = s.inputs[model.axis], s.inputs[moved or ""]
+        power = np.abs(np.fft.rfft((z - z.mean()) * np.hanning(s.n))) ** 2
+        f = np.arange(len(power)) * (s.n - 1) / float(t[-1] - t[0]) / s.n
+        strong = f[power > 1e-3 * power.max()]
+        for order in range(1, 10):
+            near |= (
+                (grid > order * strong.min() - 2 * width) & (grid < order * strong.max() + 2 * width)
+                if order == 1
+                else _close(grid, order * f[np.argmax(power)], 3 * width)
+            )
+    return near
+
+
+def _close(grid: Array, f: float, width: float) -> Array:
+    return np.asarray(np.abs(grid - f) < width)
+
+
+def _line(model: Model, fit: Fit, n: int) -> Leftover:
+    """The strongest spectral line of the residual, over the spectrum around it, all recordings together.
+
+    The price is that of having looked at every frequency.
+    """
+    series = [
+        (s.inputs[model.axis], e[0])
+        for s, e in zip(fit.hypothesis.experiment.series, fit.white, strict=True)
+        if s.n >= 200
+    ]
+    if not series:
+        return Leftover(0.0, 0.0, "sensor", "")
+    span = max(float(t[-1] - t[0]) for t, _ in series)
+    top = min(0.5 * (len(t) - 1) / float(t[-1] - t[0]) for t, _ in series)
+    grid = np.arange(4.0 / span, 0.98 * top, 0.5 / span)
+    total = np.zeros(len(grid))
+    for t, x in series:
+        size = 4 * len(x)
+        power = np.abs(np.fft.rfft(x - x.mean(), size)) ** 2
+        reach = 120
+        around = np.lib.stride_tricks.sliding_window_view(np.pad(power, reach, mode="reflect"), 2 * reach + 1)
+        ratio = power / np.maximum(np.median(around[::8], axis=1).repeat(8)[: len(power)] / np.log(2), 1e-300)
+        step = (len(t) - 1) / float(t[-1] - t[0]) / size
+        total += np.interp(grid, np.arange(len(power)) * step, ratio)
+    if not len(grid):
+        return Leftover(0.0, 0.0, "sensor", "")
+    total[_follows(model, fit, grid, 1.0 / span)] = 0.0
+    k = int(np.argmax(total))
+    chi2 = 2 * float(total[k])
+    gain = chi2 - (2 * len(series) + 1) * float(np.log(n)) - 2 * float(np.log(len(grid)))
+    return Leftover(gain, chi2, "sensor", f"a line at {grid[k]:.4g} Hz that does not follow the motion")

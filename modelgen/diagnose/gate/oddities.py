@@ -1,0 +1,198 @@
+"""Errors that are no accidents: a sensor that saturates, and the mains in a sweep."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from modelgen.diagnose.gate.generic import Leftover
+from modelgen.diagnose.noise.noise import off_neighbours
+from modelgen.fit.scatter import local_scatter
+from modelgen.fit.series import Array, Series
+
+MAINS = (50.0, 60.0)
+ORDERS = (1, 2, 3, 5, 7)
+"""Harmonics in which the mains are strong."""
+HITS = 3
+"""Lines, over all sweeps, that make the mains."""
+LOUD = 25.0
+"""|e|² of a whitened sample that is 5 standard deviations off."""
+FEW = 4
+"""Outliers at the top of a record that make a plateau."""
+MANY, DENSE = 12, 4.0
+"""Samples that make a plateau without any outlier, and how many times those in the band below it."""
+LONE = 3
+"""Frequencies too few to carry a claim."""
+BROAD = 0.2
+"""Share of the evidence that must be found elsewhere."""
+TOP = 0.01
+"""Share of a record that is its top."""
+STEPS = (1, 2)
+"""From one harmonic in which the mains may be heard to the next: all, or the odd ones."""
+WIDTHS = (0.5, 1.0, 2.0, 4.0, 8.0)
+"""Half bandwidths of analysers [Hz]."""
+STILL = 0.5
+"""A record that stays at one value for more than this share of its samples rests there."""
+CHANCE = 1e-3
+"""Probability by chance alone, of the loudest of all that is looked at, that makes a hum (an upper bound)."""
+CROWDED = 0.35
+"""Share of a sweep that its lines may take."""
+
+
+def saturation(
+    series: Sequence[Series], white: Sequence[Array], marks: Sequence[Array]
+) -> tuple[Leftover | None, list[Array]]:
+    """A plateau at an end of a record, which the model has not; and the samples on it, and on others like it
+    in all records, beside those of `marks`."""
+    says, gain = "", 0.0
+    more = [m.copy() for m in marks]
+    for k, (s, e, m) in enumerate(zip(series, white, marks, strict=True)):
+        for side in (1.0, -1.0):
+            end = _cut(s, e[0], m, side)
+            end = _plateau(s, e[0], side) if end is None else end
+            if end is None or len(end) > STILL * s.n:
+                continue
+            level = float(np.median(s.data[0][end]))
+            says = (
+                says
+                or f"the record does not go beyond {level:.4g} {s.unit}: its sensor or amplifier saturates"
+            )
+            gain += float(np.sum(e[0][end] ** 2))
+            more[k][end] = True
+    return (Leftover(gain, gain, "force", says) if says else None), more
+
+
+def _cut(s: Series, e: Array, marks: Array, side: float) -> Array | None:
+    """Outliers of one sign at one end of a record, all at one value, which the model exceeds."""
+    at, x = np.flatnonzero(marks), s.data[0]
+    end = at[side * x[at] >= np.quantile(side * x, 1 - TOP)]
+    end = np.intersect1d(end, np.flatnonzero(side * e > 0))  # e = model − data over noise
+    if len(end) < FEW:
+        return None
+    spread = float(np.ptp(x[end])) * float(np.mean(np.abs(s.whitener.weight[0][end])))
+    return end if spread < np.sqrt(LOUD) < 0.7 * float(np.max(side * e[end])) else None
+
+
+def _plateau(s: Series, e: Array, side: float) -> Array | None:
+    """Many samples at the end of a record and few before it, where the model goes on.
+
+    A smooth top has in the band below it 0.4 times as many as in the last one.
+    """
+    x = side * s.data[0]
+    sigma = local_scatter(s.data[0])
+    steps = np.diff(np.unique(x))
+    band = max(6 * sigma, 3 * float(np.min(steps, initial=np.inf)) if steps.size else 0.0)
+    middle = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(x, 3, mode="reflect"), 7), axis=1)
+    under = middle.max() - x  # of single spikes the top knows nothing
+    end = np.flatnonzero(np.abs(under) < band)
+    below = np.count_nonzero(np.abs(under - 1.5 * band) <= 0.5 * band)
+    model = side * e[end] / np.maximum(np.abs(s.whitener.weight[0][end]), 1e-300) + x[end]
+    goes_on = float(np.std(model)) > 5 * max(float(np.std(x[end])), sigma)
+    return end if len(end) >= MANY and len(end) > DENSE * below and goes_on else None
+
+
+def mains(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftover | None, list[Array]]:
+    """A line at a multiple of 50 or 60 Hz that sweeps have in common, or several in one; and its samples.
+
+    f: (n,) frequencies of each sweep; white: (channels, n) whitened residuals. Single outliers fall on a
+    harmonic now and then, HITS of them, two on the same one, hardly ever.
+    """
+    for base in MAINS:
+        found = [_on_lines(x, np.sum(e**2, axis=0), base) for x, e in zip(f, white, strict=True)]
+        hits: Array = np.array([[n in lines for n in ORDERS] for lines in found])
+        if hits.sum() < HITS or (len(f) > 1 and hits.sum(axis=0).max() < 2):
+            continue
+        marks = [
+            np.asarray(sum(lines.values(), np.zeros(len(x), dtype=bool)), dtype=bool)
+            for x, lines in zip(f, found, strict=True)
+        ]
+        size = float(sum(np.sum(e[:, m] ** 2) for e, m in zip(white, marks, strict=True)))
+        where = ", ".join(f"{base * n:.0f}" for k, n in enumerate(ORDERS) if hits[:, k].any())
+        says = f"lines at {where} Hz and nothing beside them: mains of {base:.0f} Hz, picked up on the way"
+        return Leftover(size, size, port, says), marks
+    return None, [np.zeros(len(x), dtype=bool) for x in f]
+
+
+def hum(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftover | None, list[Array]]:
+    """Many weak harmonics of the mains, none of them an outlier: sweeps louder near multiples of 50 or 60 Hz.
+
+    A test of ranks: −ln(1 − rank/n) of noise is exponential whatever its law, and a sum of k of these a gamma
+    of order k. The loudest harmonic is not counted: one line alone may be anything.
+    """
+    from scipy.special import gammaincc
+
+    ranks = np.concatenate([_ranks(e) for e in white])
+    tried = [(base, step, width) for base in MAINS for step in STEPS for width in WIDTHS]
+    least, best = 1.0, tried[0]
+    for way in tried:
+        orders = np.concatenate([_orders(x, *way) for x in f])
+        if np.mean(orders > 0) > CROWDED or not np.any(orders):
+            continue
+        size, count = np.bincount(orders, ranks)[1:], np.bincount(orders)[1:]
+        loudest = int(np.argmax(size - count))
+        rest = int(count.sum() - count[loudest])
+        p = float(gammaincc(rest, size.sum() - size[loudest])) if rest else 1.0
+        least, best = min((least, best), (p, way))
+    if least * len(tried) > CHANCE:
+        return None, [np.zeros(len(x), dtype=bool) for x in f]
+    marks = [_orders(x, *best) > 0 for x in f]
+    power = float(sum(np.sum(e[:, m] ** 2) for e, m in zip(white, marks, strict=True)))
+    which = "odd multiples" if best[1] == 2 else "multiples"
+    says = f"louder near the {which} of {best[0]:.0f} Hz than between: hum of the mains, picked up on the way"
+    return Leftover(power, power, port, says), marks
+
+
+def _ranks(white: Array) -> Array:
+    """(n,) exponential scores of how far samples are from the median of those about them."""
+    power = np.sum([off_neighbours(e) ** 2 for e in white], axis=0)
+    rank = np.argsort(np.argsort(power, kind="stable"), kind="stable") + 1
+    return np.asarray(-np.log1p(-rank / (len(power) + 1)))
+
+
+def _orders(f: Array, base: float, step: int, width: float) -> Array:
+    """(n,) which harmonic each frequency is within `width` of, of 1, 1 + step, …; 0 for none."""
+    n = 1 + step * np.round((f / base - 1) / step).astype(int)
+    return np.where((np.abs(f - n * base) < width) & (n > 0), n, 0)
+
+
+def lone(
+    f: Sequence[Array], before: Sequence[Array], after: Sequence[Array], own: Sequence[Array], port: str
+) -> tuple[Leftover, list[Array]] | None:
+    """Evidence that stands on LONE frequencies of sweeps, a line narrower than the samples can resolve; and
+    in each sweep the samples there, (n,) bool.
+
+    before, after: (channels, n) whitened residuals without and with what is claimed. own: (n,) how far the
+    model itself stands off its neighbours: where its own narrow resonance is shifted, so much is no line.
+    """
+    all_f = np.concatenate(f)
+    gain = np.concatenate([np.sum(b**2 - a**2, axis=0) for b, a in zip(before, after, strict=True)])
+    if all_f.size < 10 * LONE:
+        return None
+    places, which = np.unique(np.round(np.log(all_f), 4), return_inverse=True)
+    at = np.bincount(which, gain, len(places))
+    top = np.argsort(at)[::-1][:LONE]
+    total = float(np.sum(at))
+    if total < 2 * LOUD or total - float(np.sum(at[top])) > BROAD * total:
+        return None  # faint, or wide
+    if at[top[0]] < np.bincount(which, np.concatenate(own) ** 2, len(places))[top[0]]:
+        return None
+    says = f"something at {np.exp(places[top[0]]):.4g} Hz that is narrower than the samples can resolve"
+    hit = np.isin(which, top)
+    return Leftover(total, total, port, says), np.split(hit, np.cumsum([len(x) for x in f])[:-1])
+
+
+def _on_lines(f: Array, power: Array, base: float) -> dict[int, Array]:
+    """Orders of `base` on which a sweep is loud, and quiet beside; with the samples that each spoils, (n,)
+    bool."""
+    quiet = float(np.median(power)) / 1.39 or 1.0  # the median of a χ² of two degrees is 1.39
+    p = power / quiet
+    found = {}
+    for n in ORDERS:
+        away = np.abs(f - n * base)
+        nearest = np.argsort(away)[:3]
+        beside = (away > base / 5) & (away < base / 2)
+        loud = np.max(p[nearest]) > LOUD and away[nearest[0]] < base / 8
+        if loud and not (beside.any() and np.median(p[beside]) > 4):
+            found[n] = away < max(base / 8, 1.01 * away[nearest[0]])
+    return found

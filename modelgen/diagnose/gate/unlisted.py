@@ -1,0 +1,247 @@
+"""Physics that no catalogue holds, as rivals of the named effects: resonances of other places and orders.
+
+A cable's trap, a row of modes or a standing wave is fitted, at some price, by a listed resonance or by two
+effects in one: that is for the evidence to say. Each of these is a description with an id `unknown_<port>`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from modelgen.diagnose.gate.describe import SOURCE
+from modelgen.diagnose.hypotheses.evidence import deviance
+from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis, make_hypotheses
+from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.diagnose.hypotheses.scales import record_scales
+from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
+from modelgen.diagnose.search.screen import Tangent, score
+from modelgen.effects import Effect, Shape, Strength, search_range
+from modelgen.effects.effect import add
+from modelgen.fit.series import Array, Whitener
+from modelgen.language import Model, Port, j
+
+RARE = 0.3
+"""How common such physics is beside that of the catalogue."""
+MODES = 8
+"""Members of a row of resonances."""
+WAYS: dict[str, tuple[tuple[int, bool], ...]] = {
+    "electrical_impedance": ((1, False), (MODES, False)),
+    "terminals": ((1, True), (MODES, True)),
+    "mechanical_impedance": ((MODES, False),),
+    "stiffness": ((MODES, False), (MODES, True)),
+}
+"""How many resonances, and whether beside what is there, by the kind of port.
+
+One in series at the mechanical side is a second_mode, and any beside it is one in the electrical impedance.
+"""
+KEEP = 5
+"""Starts for each kind of resonance and each state of the base: rows have many local optima."""
+QUALITIES = (4.0, 12.0, 36.0)
+STEP = 0.7
+"""Quality factors that are tried first, and the step between frequencies in widths of such a resonance."""
+
+
+def with_rivals(setting: Setting, outcome: Outcome) -> Outcome:
+    """The outcome with sweeps described by one resonance, or one row of them, among what was tried.
+
+    As it was in time, and where it has them.
+    """
+    base, judge = outcome.base, outcome.judge
+    if setting.model.is_time_model or any(is_unlisted(f) for f in outcome.tried):
+        return outcome
+    known = record_scales(setting.model, setting.series)
+    found = [
+        Addition(e, port, {q.name: search_range(q, known) for q in e.shapes})
+        for e, port in _places(setting.model)
+    ]
+    # the base is bent to what is missing; where the best hypothesis has it, that shows as it is
+    unbent = outcome.best.hypothesis.values_of(outcome.best.theta, base.hypothesis)
+    references = [judge.look(base.hypothesis, at) for at in (base.theta, unbent)]
+    if not outcome.best.hypothesis.added:
+        references.pop()
+    tangents = [Tangent.of(*judge.tangent(f)) for f in references]
+    fits = []
+    for h in make_hypotheses(setting.model, setting.case, setting.series, [(a,) for a in found]):
+        starts = [
+            x
+            for f, tangent in zip(references, tangents, strict=True)
+            for x in _starts(h, f, tangent, judge.whiteners)
+        ]
+        if starts:
+            fits.append(judge.fit(h, starts))
+    return replace(outcome, tried=(*outcome.tried, *fits))
+
+
+def _starts(h: Hypothesis, f: Fit, tangent: Tangent, whiteners: Sequence[Whitener]) -> list[Array]:
+    """Where a first order promises most, over a grid as fine as the resonances are narrow; and rows of which
+    the most visible resonance is one or another member."""
+    a = h.added[0]
+    low, high = a.ranges["omega_1"]
+    grids = [(np.exp(np.arange(np.log(low), np.log(high), STEP / Q)), Q) for Q in QUALITIES]
+    if any(s.measure != "complex" for s in h.experiment.series):
+        points = [{f"{a.id}_omega_1": float(w), f"{a.id}_Q": Q} for first, Q in grids for w in first]
+        best = score(h, f.hypothesis, f.theta, tangent, whiteners, KEEP, points).starts
+        return [h.place(f.hypothesis, f.theta, v) for _, v in best]
+    seen = _Seen.of(h, f, tangent, whiteners)
+    if seen is None:
+        return []
+    modes, _ = _kind(a)
+    chosen = _apart([t for first, Q in grids for t in seen.tried(first, Q, modes)])[:KEEP]
+    if modes > 1:
+        line = max(t for first, Q in grids for t in seen.tried(first, Q, 1))
+        chosen += seen.tried(line[1] / np.arange(1, modes + 1), line[2], modes)
+    names = [f"{a.id}_{n}" for n in ("omega_1", "Q", "a")]
+    return [
+        h.place(f.hypothesis, f.theta, dict(zip(names, values, strict=True)))
+        for _, *values in chosen
+        if values[-1]
+    ]
+
+
+Tried = tuple[float, float, float, float]
+"""χ² that a start promises to explain, ω_1, Q, and height."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """How the output sees a change of what a port has. One derivative by the model tells those of all shapes:
+    each is in proportion to its resonances."""
+
+    tangent: Tangent
+    whiteners: Sequence[Whitener]
+    omega: Sequence[Array]
+    slopes: Sequence[Array]
+    moving: bool
+
+    @staticmethod
+    def of(h: Hypothesis, f: Fit, tangent: Tangent, whiteners: Sequence[Whitener]) -> _Seen | None:
+        a, e = h.added[0], h.experiment
+        low, Q = a.ranges["omega_1"][0], QUALITIES[0]
+        at = h.place(f.hypothesis, f.theta, {f"{a.id}_omega_1": low, f"{a.id}_Q": Q})
+        modes, moving = _kind(a)
+        index = e.layout.wrt.index(f"{a.id}_a")
+        omega = [2 * np.pi * s.inputs[e.model.axis] for s in e.series]
+        slopes = []
+        for k, (s, w) in enumerate(zip(e.series, omega, strict=True)):
+            jac = e.prepared[k].jacobian(e.local(at, k), s.measure)[1][:, index]
+            slopes.append((jac[0] + 1j * jac[-1]) / _row(w / low, Q, modes, moving, 1j))
+        good = all(np.isfinite(x).all() for x in slopes)
+        return _Seen(tangent, whiteners, omega, slopes, moving) if good else None
+
+    def tried(self, first: Array, Q: float, modes: int) -> list[Tried]:
+        """What each of the shapes promises that physics allows."""
+        columns = np.concatenate(
+            [
+                _white(v, x[:, None] * _row(w[:, None] / first, Q, modes, self.moving, 1j))
+                for v, x, w in zip(self.whiteners, self.slopes, self.omega, strict=True)
+            ]
+        )
+        rest = self.tangent.off(columns)
+        size = np.sum(rest**2, axis=0) + 1e-300
+        step = np.maximum(-(rest.T @ self.tangent.r) / size, 0.0)
+        return [(float(d**2 * s), float(w), Q, float(d)) for d, s, w in zip(step, size, first, strict=True)]
+
+
+def _apart(tries: Sequence[Tried]) -> list[Tried]:
+    """The best first, without neighbours."""
+    chosen: list[Tried] = []
+    for t in sorted(tries, reverse=True)[:200]:
+        if all(abs(np.log(t[1] / c[1])) > 1 / min(t[2], c[2]) for c in chosen):
+            chosen.append(t)
+    return chosen
+
+
+def _white(w: Whitener, z: Array) -> Array:
+    """Whitened columns (2n, k) of complex changes z (n, k)."""
+    white = w.apply(np.stack([z.real.T, z.imag.T]))
+    return np.asarray(white.transpose(0, 2, 1).reshape(-1, z.shape[1]))
+
+
+def _row(u: Any, Q: Any, modes: int, moving: bool, j: Any) -> Any:
+    """Σ_n 1/(1 + jQ(u/n − n/u)), u = ω/ω_1; times ju where a stiffness moves."""
+    total = sum(1 / (1 + j * Q * (u / n - n / u)) for n in range(1, modes + 1))
+    return total * (j * u if moving else 1)
+
+
+def best_unlisted(outcome: Outcome) -> Fit | None:
+    """The best of the descriptions made here."""
+    return min((f for f in outcome.tried if is_unlisted(f)), key=lambda f: f.bic, default=None)
+
+
+def cheaper(outcome: Outcome) -> tuple[Fit, float] | None:
+    """What no catalogue holds, where it explains more than the best hypothesis, and by how much.
+
+    By BIC, and for each effect what it must gain to be claimed; how rare such physics is counts in it.
+    """
+    first = best_unlisted(outcome)
+    if first is None:
+        return None
+    if not outcome.best.hypothesis.added:  # nor may a few samples that stand alone speak for it
+        more = outcome.base.bic - first.bic - ALARM
+        more -= max(0.0, _lone(outcome, outcome.base) - _lone(outcome, first))
+    else:
+        more = outcome.best.bic - first.bic + ALARM * (len(outcome.best.ids) - 1)
+    return (first, more) if more > 0 else None
+
+
+def _lone(outcome: Outcome, f: Fit) -> float:
+    """The part of −2 ln of a fit's likelihood that lone samples have."""
+    prior = outcome.judge.prior
+    whole, robust = (deviance(f.white, prior, robust=r) for r in (False, True))
+    return (whole - robust) / outcome.judge.temper
+
+
+def is_unlisted(fit: Fit) -> bool:
+    """Whether it is one of the descriptions made here."""
+    return any(a.effect.source == SOURCE for a in fit.hypothesis.added)
+
+
+def _kind(a: Addition) -> tuple[int, bool]:
+    """How many resonances, and whether of a stiffness."""
+    return (1 if ONE in a.effect.says else MODES), a.port.kind == "stiffness"
+
+
+def _places(model: Model) -> Iterator[tuple[Effect, Port]]:
+    """Each kind of resonance at each port that can have one."""
+    kinds = {p.kind for p in model.ports}
+    for port in model.ports:
+        twice = port.kind == "stiffness" and "mechanical_impedance" in kinds
+        if not twice and "omega" in dict(port.variables):
+            for modes, beside in WAYS.get(port.kind, ()):
+                yield _resonance(port, modes, beside), port
+
+
+ONE, MANY = "a resonance", "a row of resonances, at multiples of the first,"
+
+
+def _resonance(port: Port, modes: int, beside: bool) -> Effect:
+    """a Σ_n 1/(1 + jQ (ω/nω_1 − nω_1/ω)) added to the port's quantity, or `beside` it: to its inverse.
+
+    A stiffness gets an impedance that resonates: jω/ω_1 times that.
+    """
+
+    def terms(at: Port, p: Any) -> Any:
+        return p["a"] * _row(at["omega"] / p["omega_1"], p["Q"], modes, at.kind == "stiffness", j)
+
+    def parallel(model: Model, at: Port, p: Any) -> Model:
+        return model.extend(at.equation, lambda Z: Z / (1 + Z * terms(at, p)))
+
+    return Effect(
+        f"unknown_{port.name}",
+        (port.kind,),
+        f"{ONE if modes == 1 else MANY} {'beside' if beside else 'in series with'} all that the "
+        f"{port.name} port has",
+        SOURCE,
+        (Strength("a", "1/({port})" if beside else "{port}", text="height of a resonance"),),
+        parallel if beside else add(terms),
+        (
+            Shape("omega_1", "rad/s", "omega", 0.7 if modes == 1 else 0.2, 1.5, text="the first"),
+            Shape("Q", "1", "1", *((2.0, 500.0) if modes == 1 else (3.0, 100.0)), 4, text="quality factor"),
+        ),
+        needs=("omega",),
+        common=RARE,
+    )

@@ -1,0 +1,158 @@
+"""How sure: which hypotheses the data do not exclude, and with which probability."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from modelgen.diagnose.hypotheses.hypothesis import Addition
+from modelgen.diagnose.hypotheses.refit import Fit, misfit
+from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome
+
+Key = tuple[str, str, int]
+
+OUTSIDE = 0.07
+"""How often what is there was none of the tried hypotheses (another law, a combination) although one fits:
+so much less sure is a claim. As counted on independent truths, see PROOF.md."""
+HELD = ((1.0,), (1.0, 0.85), (0.65, 0.5, 0.4))
+"""How often, then, each of one, two, three claimed effects was there, by what they explain: a second one may
+be what the first, of another law, leaves, and with three none may be the right one."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """One effect of the verdict among its rivals: its probability, and ids that explain the data as well.
+
+    elsewise: hypotheses as good that differ in more than this effect.
+    """
+
+    addition: Addition
+    probability: float
+    equivalents: tuple[str, ...]
+    share: float
+    elsewise: tuple[Fit, ...] = ()
+
+
+def weights(fits: Sequence[Fit]) -> np.ndarray:
+    """Posterior odds of rival fits: evidence times how common their physics is, normalised."""
+    best = min(f.bic for f in fits)
+    logs = np.array([-(f.bic - best) / (2 * TEMPER) for f in fits])
+    w = np.exp(logs - logs.max())
+    return np.asarray(w / w.sum())
+
+
+def standings(outcome: Outcome) -> tuple[Standing, ...]:
+    """The effects of the best fit, the one that explains most first, each with its rivals.
+
+    Rivals of an effect are the tried hypotheses that differ from the best one in this effect alone; its
+    equivalents are also of those that say it with more effects, or fewer.
+    """
+    best = outcome.best
+    others = _elsewise(outcome)
+    found = []
+    for a in best.hypothesis.added:
+        rest = best.hypothesis.key - {a.key}
+        rivals = [
+            f
+            for f in outcome.tried
+            if len(f.hypothesis.key) == len(best.hypothesis.key) and rest <= f.hypothesis.key
+        ]
+        if not any(f.hypothesis is best.hypothesis for f in rivals):
+            rivals.append(best)
+        w = np.maximum(weights(rivals), [_likelihood(outcome, f) * _as_wrong(outcome, f) for f in rivals])
+        w /= w.sum()
+        by_id: dict[str, float] = {}
+        tied: dict[str, float] = {}
+        for f, x in zip(rivals, w, strict=True):
+            other = next(b for b in f.hypothesis.added if b.key not in rest)
+            by_id[other.id] = by_id.get(other.id, 0.0) + float(x)
+            if close(outcome, f):
+                tied[other.id] = min(tied.get(other.id, np.inf), f.bic)
+        for i, f in others.get(a.key, ()):
+            tied[i] = min(tied.get(i, np.inf), best.bic + _price(f, best))
+        equivalents = tuple(sorted((i for i in tied if i != a.id), key=lambda i: tied[i]))
+        elsewise = tuple({id(f): f for _, f in others.get(a.key, ())}.values())
+        mine = next(float(x) for f, x in zip(rivals, w, strict=True) if f.hypothesis is best.hypothesis)
+        odds = mine * sum(_likelihood(outcome, f) for f in elsewise)
+        probability = by_id[a.id] / (1 + odds) * (1 - OUTSIDE)
+        found.append(Standing(a, probability, equivalents, _share(outcome, a), elsewise))
+    found.sort(key=lambda x: -x.share)
+    held = HELD[min(len(found), len(HELD)) - 1] if found else ()
+    return tuple(replace(x, probability=x.probability * p) for x, p in zip(found, held, strict=True))
+
+
+FEW = 2
+"""Hypotheses of another kind that are told."""
+
+
+def _elsewise(outcome: Outcome) -> dict[Key, list[tuple[str, Fit]]]:
+    """Hypotheses that differ in more than one effect and that the data exclude as little: the best few, each
+    of their effects in the place of one of the best hypothesis (of its family, or at its port).
+
+    More effects cost what each has to gain to be claimed.
+    """
+    best = outcome.best
+    tied = []
+    for f in outcome.tried:
+        shared = best.hypothesis.key & f.hypothesis.key
+        single = len(f.ids) == len(best.ids) and len(shared) == len(best.ids) - 1
+        if (
+            f.ids
+            and not single
+            and not set(f.ids) >= set(best.ids)
+            and not set(f.ids) <= set(best.ids)
+            and (_price(f, best) < CLOSE or _as_wrong(outcome, f))
+        ):
+            tied.append(f)
+    found: dict[Key, list[tuple[str, Fit]]] = {}
+    for f in sorted(tied, key=lambda f: _price(f, best))[:FEW]:
+        gone = [a for a in best.hypothesis.added if a.id not in f.ids] or list(best.hypothesis.added)
+        for b in f.hypothesis.added:
+            if b.id not in best.ids:
+                alike = [a for a in gone if a.family == b.family]
+                near = [a for a in gone if a.port.name == b.port.name]
+                found.setdefault((alike or near or gone)[0].key, []).append((b.id, f))
+    return found
+
+
+WRONG = 1.5
+"""Where even the best hypothesis leaves far more than noise, none is true: those whose residual is at most so
+many times as large are no worse an account."""
+
+
+def _as_wrong(outcome: Outcome, f: Fit) -> bool:
+    """Whether `f`, with as many effects, is as good an account of recordings that none accounts for."""
+    best = outcome.best
+    return outcome.judge.temper > 1.0 and len(f.ids) == len(best.ids) and f.chi2 < WRONG**2 * best.chi2
+
+
+def close(outcome: Outcome, f: Fit) -> bool:
+    """Whether the data do not exclude `f`, with as many effects as the best hypothesis."""
+    return f.bic - outcome.best.bic < CLOSE or _as_wrong(outcome, f)
+
+
+def _likelihood(outcome: Outcome, f: Fit) -> float:
+    """Of `f`, over that of the best hypothesis."""
+    if _as_wrong(outcome, f):
+        return float(outcome.best.chi2 / f.chi2)
+    return float(np.exp(-_price(f, outcome.best) / (2 * TEMPER)))
+
+
+def _price(f: Fit, best: Fit) -> float:
+    """By how much the evidence for `f` is less than that for the best hypothesis.
+
+    0 where coloured noise alone makes it greater: for that the search has refused it.
+    """
+    return max(0.0, f.bic - best.bic + ALARM * (len(f.ids) - len(best.ids)))
+
+
+def _share(outcome: Outcome, a: Addition) -> float:
+    """The part of the explained misfit that is back when this effect alone is left out of the best
+    hypothesis: of the misfit as it stands in the recordings, whatever the colour of what is left."""
+    best = outcome.best
+    without = [f for f in outcome.tried if f.hypothesis.key == best.hypothesis.key - {a.key}]
+    without = without or [outcome.base]
+    after, level, before = map(misfit, (best, min(without, key=lambda f: f.chi2), outcome.base))
+    return float(np.clip((level - after) / (before - after), 0.0, 1.0)) if before > after else 1.0

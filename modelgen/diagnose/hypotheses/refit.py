@@ -1,0 +1,194 @@
+"""Fits of hypotheses, all parameters free, from several starts; and the evidence that they give."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from modelgen.diagnose.hypotheses.evidence import Level, Smooth, bic
+from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, centre
+from modelgen.diagnose.hypotheses.own_units import in_own_units
+from modelgen.errors import InputError
+from modelgen.fit import GaussNewton
+from modelgen.fit.experiment import Layout
+from modelgen.fit.series import Array, Whitener
+
+SPRINT = 12
+"""Steps after which descents from several starts are compared."""
+LONG = 100
+SETTLED, FINE = 1e-6, 1e-8
+"""Relative decrease of r·r in a step at which descents end in records of thousands of samples; elsewhere, and
+those of LONG steps or more."""
+AHEAD = 1.2
+"""Those within this factor of the best one's r·r go on."""
+LOST = 2.0
+"""χ² per sample, beyond which what descents have found may be far from the best there is."""
+EASED = 6
+"""Descents that go on as if all errors were independent."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fitted hypothesis: θ, whitened residuals (per recording) and BIC, all under one set of whiteners.
+
+    BIC includes how common the physics is (twice its logarithm): between equals the commoner is named.
+    """
+
+    hypothesis: Hypothesis
+    theta: Array
+    white: tuple[Array, ...]
+    bic: float
+    parameters: int
+
+    @property
+    def chi2(self) -> float:
+        return float(sum(np.sum(e**2) for e in self.white))
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        return self.hypothesis.ids
+
+
+def plain_white(fit: Fit) -> list[Array]:
+    """Residuals of a fit, recording by recording, over the noise's level, colour left in."""
+    e = fit.hypothesis.experiment
+    return [replace(s.whitener, ar=None).apply(e.raw(fit.theta, k)) for k, s in enumerate(e.series)]
+
+
+def misfit(fit: Fit) -> float:
+    """Sum of squares of residuals over the noise's level, whatever the colour of what is left."""
+    return float(sum(np.sum(e**2) for e in plain_white(fit)))
+
+
+@dataclass(frozen=True)
+class Judge:
+    """What all hypotheses are fitted and compared under: whiteners and priors on the noise level.
+
+    `temper` > 1 where even the best hypothesis leaves far more than noise: the correlation length of what is
+    left, in samples, by which evidence is divided. Residuals of wrong models are no independent data.
+    excess: BIC that a hypothesis (by its key) gains from errors of the motion alone; it is taken back.
+    smooth: an instrument's error that nobody stated, which the whiteners count as noise.
+    """
+
+    whiteners: tuple[Whitener, ...]
+    prior: tuple[Level, ...]
+    temper: float = 1.0
+    excess: Mapping[frozenset[tuple[str, str, int]], float] = field(default_factory=dict)
+    smooth: Smooth | None = None
+
+    def fit(
+        self,
+        h: Hypothesis,
+        starts: Iterable[Array],
+        iterations: int = 60,
+        worth: float = np.inf,
+        few: int = 1,
+    ) -> Fit:
+        """The best of local fits from `starts`; of several, those go on that a few steps have brought far (a
+        `few` at any rate), and none that is not below `worth` (r·r) by then."""
+        begun = [np.asarray(x) for x in starts]
+        running = [x for x in begun if np.all(np.isfinite(x))]
+        ends: list[tuple[float, Array]] = []
+        if (len(running) > 1 or worth < np.inf) and iterations > SPRINT:
+            ends = self._descents(h, running, SPRINT)
+            if self._lost(h, ends):
+                ends += self._descents(h, self._eased(h, running), SPRINT)
+            running = [x for value, x in _leading(ends, few) if value <= worth]
+        ends = self._descents(h, running, iterations) or ends
+        return self.look(h, min(ends, key=lambda e: e[0])[1] if ends else begun[0])
+
+    def _lost(self, h: Hypothesis, ends: Sequence[tuple[float, Array]]) -> bool:
+        """Whether descents under a covariance ended far from noise."""
+        least = LOST * sum(s.data.size for s in h.experiment.series)
+        return any(w.root is not None for w in self.whiteners) and all(value > least for value, _ in ends)
+
+    def _eased(self, h: Hypothesis, starts: Sequence[Array]) -> list[Array]:
+        """Where descents lead as if all errors were independent: how far a start is wrong, a smooth error in
+        the covariance hides, and a search gets lost."""
+        plain = replace(self, whiteners=tuple(replace(w, root=None, ar=None) for w in self.whiteners))
+        ends = _leading(plain._descents(h, starts, SPRINT), EASED)
+        return [x for _, x in _leading(plain._descents(h, [x for _, x in ends], LONG), EASED)]
+
+    def _descents(self, h: Hypothesis, starts: Sequence[Array], iterations: int) -> list[tuple[float, Array]]:
+        """(r·r, θ) where descents from `starts` end; those that fail are left out."""
+        loose = h.experiment.model.is_time_model and iterations < LONG
+        local = GaussNewton(max_iter=iterations, tol=SETTLED if loose else FINE)
+        ends = []
+        for start in starts:
+            with np.errstate(all="ignore"):
+                try:
+                    found = local.run(h.experiment.problem(start, self.whiteners))
+                except (InputError, np.linalg.LinAlgError):
+                    continue
+            if np.isfinite(found.value):
+                ends.append((float(found.value), np.asarray(found.theta)))
+        return ends
+
+    def look(self, h: Hypothesis, theta: Array) -> Fit:
+        """Evidence of `h` at θ as it stands."""
+        with np.errstate(all="ignore"):
+            white = tuple(h.experiment.whitened(theta, self.whiteners))
+        count = free(h.experiment.layout, theta, h.shapes)
+        value = (
+            bic(white, self.prior, count, temper=self.temper) - 2 * h.log_common + self.excess.get(h.key, 0.0)
+            if all(np.all(np.isfinite(e)) for e in white)
+            else np.inf
+        )
+        return Fit(h, theta, white, float(value), count)
+
+    def tangent(self, fit: Fit) -> tuple[Array, Array]:
+        """Whitened residual and Jacobian over all recordings at the fit."""
+        return fit.hypothesis.experiment.linearised(fit.theta, self.whiteners)
+
+
+def _leading(ends: Sequence[tuple[float, Array]], few: int = 1) -> list[tuple[float, Array]]:
+    """Those of `ends`, best first, that are near the best one or among the first few, without what is the
+    same."""
+    ends = sorted(ends, key=lambda e: e[0])
+    apart = [e for k, e in enumerate(ends) if k == 0 or e[0] > (1 + 1e-6) * ends[k - 1][0]]
+    return [e for k, e in enumerate(apart) if e[0] <= AHEAD * ends[0][0] or k < few]
+
+
+def free(layout: Layout, theta: Array, shapes: Collection[str] = ()) -> int:
+    """Number of parameters that are not held by a bound: a passive element driven to nothing costs nothing.
+
+    An effect's shape on its bound has been chosen there like any other value: it costs what it costs within.
+    """
+    low = np.array([p.bounds[0] for p in layout.parameters])
+    high = np.array([p.bounds[1] for p in layout.parameters])
+    size = np.where(np.isfinite(high - low), high - low, np.maximum(np.abs(theta), 1e-300))
+    at = (np.abs(theta - low) <= 1e-9 * size) | (np.abs(high - theta) <= 1e-9 * size)
+    chosen = np.array([n in shapes for n in layout.names])
+    return int(len(theta) - np.count_nonzero(at & ~chosen))
+
+
+def base_starts(h: Hypothesis, seed: int, count: int = 8) -> list[Array]:
+    """Starts for the base: its defaults, ones in the recordings' own units, points spread over the bounds.
+
+    Parameters with bounds many decades apart, or none, are spread by the logarithm about both in turn.
+    """
+    p = h.experiment.layout.parameters
+    defaults = np.array([q.default if q.default is not None else centre(q) for q in p])
+    own = in_own_units(h.experiment, defaults)
+    rng = np.random.default_rng(seed)
+    starts = [defaults, own]
+    for turn in range(count - len(starts)):
+        default = starts[turn % 2]
+        x = default.copy()
+        for k, q in enumerate(p):
+            low, high = q.bounds
+            if not np.isfinite(high - low):
+                x[k] = default[k] * float(np.exp(rng.normal(0, 1.0))) if default[k] else default[k]
+            elif low > 0 and high / low > 100:
+                x[k] = np.clip(default[k] * float(np.exp(rng.normal(0, 2.0))), low, high)
+            else:
+                x[k] = rng.uniform(low, high)
+        starts.append(x)
+    return starts[:count]
+
+
+def refine(judge: Judge, fits: Sequence[Fit]) -> list[Fit]:
+    """Fits continued under another judge."""
+    return [judge.fit(f.hypothesis, [f.theta]) for f in fits]

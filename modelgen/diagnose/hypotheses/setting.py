@@ -1,0 +1,63 @@
+"""What a search works on, and what it comes back with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import log
+
+from modelgen.diagnose.hypotheses.hypothesis import Addition
+from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.fit.series import Array, Series
+from modelgen.language import Model
+from modelgen.recordings import Case
+
+ALARM = 10.0
+"""ΔBIC that an effect must gain to be claimed: with thirty candidates a false alarm in less than one of a
+hundred."""
+TEMPER = 1.3
+"""BIC differences are divided by this before they become odds: laws are never exactly those of the
+catalogue."""
+CLOSE = 2 * TEMPER * log(20)
+"""ΔBIC within which the data do not exclude a hypothesis: odds of one to twenty."""
+CHEAP = 3000
+"""Samples up to which any fit is cheap: what is promising by its score need not be chosen so carefully."""
+COLOUR_TIME, COLOUR_SWEEP = 12, 3
+"""Greatest order of a noise's colour along time, and along a sweep's frequencies."""
+
+Progress = Callable[[float, str], None] | None
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What a search works on. others: θ of further optima of the base, which may be nearer to the truth."""
+
+    model: Model
+    case: Case
+    series: tuple[Series, ...]
+    additions: tuple[Addition, ...]
+    others: tuple[Array, ...] = ()
+    beam: int = 3
+    refits: int = 12
+    pairs: int = 5
+
+    @property
+    def colour(self) -> int:
+        return COLOUR_TIME if self.model.is_time_model else COLOUR_SWEEP
+
+    @property
+    def cheap(self) -> bool:
+        """Whether any fit is."""
+        return sum(x.n for x in self.series) <= CHEAP
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What a search found, all under the judge at its end: the base, the chosen fit, and all that were
+    tried."""
+
+    judge: Judge
+    base: Fit
+    best: Fit
+    tried: tuple[Fit, ...]
+    blind: tuple[Addition, ...]

@@ -1,0 +1,1 @@
+"""Noise: level, colour, an instrument's smooth error, and what sampling and smoothing do."""

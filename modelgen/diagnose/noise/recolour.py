@@ -1,0 +1,154 @@
+"""The colour of the noise, taken from the best hypothesis so far: by it all are judged again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from modelgen.diagnose.hypotheses.evidence import bic, effective, settled
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, refine
+from modelgen.diagnose.hypotheses.setting import Setting
+from modelgen.diagnose.noise.noise import correlation_length, first_order, local_level
+from modelgen.diagnose.noise.smooth_error import SIZES, quietness, smooth_error
+from modelgen.fit.colour import coloured
+from modelgen.fit.scatter import local_scatter
+from modelgen.fit.series import Array
+
+GROSS_STATED, GROSS_ESTIMATED = 3.0, 8.0
+"""A residual this many times the noise (stated; scatter between neighbours) is a wrong model's, not coloured
+noise."""
+
+
+def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judge, Fit, list[Fit]]:
+    """Judge again with the colour of the best hypothesis' residual, where that has one."""
+    best = _likeliest(s, judge, [base, *fits])
+    plain = tuple(replace(x.whitener, ar=None) for x in s.series)
+    white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
+    if gross(s, white) and not _smooth(s, judge, best, white):
+        new = Judge(plain, judge.prior, correlation_length(white), judge.excess)
+        return new, new.look(base.hypothesis, base.theta), [new.look(f.hypothesis, f.theta) for f in fits]
+    filters = coloured(plain, white, s.colour)
+    uneven = [
+        local_level(w.colour(e)) if s.model.is_time_model else np.ones(e.shape[1])
+        for w, e in zip(filters, white, strict=True)
+    ]
+    if any(np.any(u != 1) for u in uneven):
+        plain = tuple(w.scaled(u) for w, u in zip(plain, uneven, strict=True))
+        white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
+        filters = coloured(plain, white, s.colour)
+    before = judge.temper > 1.0 or any(w.ar is not None for w in judge.whiteners)
+    if not before and all(w.ar is None for w in filters) and all(np.all(u == 1) for u in uneven):
+        return judge, base, fits
+    return judged_anew(s, replace(judge, whiteners=filters, temper=1.0), base, fits)
+
+
+CONTENDERS = 4
+"""Fits whose own colours are compared."""
+
+
+def _likeliest(s: Setting, judge: Judge, fits: Sequence[Fit]) -> Fit:
+    """The best of `fits`. The colour that one of them has left may hide what another explains: where there is
+    one, each of the first few is judged by its own."""
+    first = sorted(fits, key=lambda f: f.bic)[:CONTENDERS]
+    if not s.model.is_time_model or all(w.ar is None or len(w.ar) < 2 for w in judge.whiteners):
+        return first[0]
+    return min(first, key=lambda f: own_colour(s, judge, f))
+
+
+def judged_anew(s: Setting, new: Judge, base: Fit, fits: Sequence[Fit]) -> tuple[Judge, Fit, list[Fit]]:
+    """The best of `fits` and the base fitted again under a new judge, the rest looked at."""
+    rough = sorted((new.look(f.hypothesis, f.theta) for f in fits), key=lambda f: f.bic)
+    fitted = refine(new, rough[: s.refits]) + rough[s.refits :]
+    return new, refine(new, [base])[0], fitted
+
+
+ROUNDS = 3
+"""Times that the colour is taken anew: what a single effect had left is not the noise of a pair."""
+
+
+def recolour_pairs(
+    s: Setting, judge: Judge, base: Fit, grown: list[Fit], best: Fit
+) -> tuple[Judge, Fit, list[Fit], Fit]:
+    """`recolour` for hypotheses that have grown, and the best of those before, until the noise settles."""
+    for _ in range(ROUNDS):
+        new, base, fits = recolour(s, judge, base, [*grown, best])
+        grown = [f for f in fits if f.hypothesis is not best.hypothesis]
+        best = next(f for f in fits if f.hypothesis is best.hypothesis)
+        same = new is judge or _alike(new, judge)
+        judge = new
+        if same:
+            break
+    return judge, base, grown, best
+
+
+def _alike(a: Judge, b: Judge) -> bool:
+    """Whether two judges have the same colour, to a tenth."""
+
+    def filters(j: Judge) -> list[Array]:
+        return [np.ones(1) if w.ar is None else w.ar for w in j.whiteners]
+
+    pairs = zip(filters(a), filters(b), strict=True)
+    return all(len(x) == len(y) and np.allclose(x, y, atol=0.1) for x, y in pairs)
+
+
+def _smooth(s: Setting, judge: Judge, best: Fit, white: Sequence[Array]) -> bool:
+    """Whether what is left may be a smooth error of the instrument, no larger than those have been seen."""
+    if s.model.is_time_model:
+        return False
+    over = quietness(s.series, judge.whiteners)
+    largest = max(
+        float(np.sqrt(np.mean(e[e != 0] ** 2))) / q for e, q in zip(white, over, strict=True) if np.any(e)
+    )
+    return largest < SIZES[-1] and smooth_error(judge, best)[2] is not None
+
+
+def own_colour(s: Setting, judge: Judge, f: Fit) -> float:
+    """BIC of a fit under the likeliest noise of its own residual: coloured along the samples, lone ones
+    counting little, or in sweeps a smooth error of the instrument.
+
+    Colour many times as large as the independent noise is rare: −2 ln of its prior is twice its size.
+    """
+    plain = tuple(replace(w, ar=None) for w in judge.whiteners)
+    white = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(plain)]
+    own = coloured(plain, white, s.colour)
+    innovations = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(own)]
+    orders = sum(0 if w.ar is None else len(w.ar) - 1 for w in own)
+    size = max(float(np.sqrt(np.mean(e[e != 0] ** 2))) if np.any(e) else 0.0 for e in white)
+    if s.model.is_time_model or any(x.measure == "real" for x in s.series):
+        return bic(innovations, judge.prior, f.parameters, orders, robust=True) + 2 * size
+    smooth, gain, _ = smooth_error(judge, f)
+    n = effective(innovations)
+    level = settled(np.concatenate([e.ravel() for e in innovations])) / n
+    colour = n * float(np.log(level)) + (f.parameters + orders) * float(np.log(n)) + 2 * size
+    return min(smooth - gain, colour - 2 * f.hypothesis.log_common)
+
+
+def gross(s: Setting, white: Sequence[Array]) -> bool:
+    """Whether the best hypothesis leaves far more than noise, and than one of the first order of which nobody
+    stated how large it is."""
+    over = (
+        [1.0] * len(white) if s.model.is_time_model else quietness(s.series, [x.whitener for x in s.series])
+    )
+    for x, e, q in zip(s.series, white, over, strict=True):
+        used = e[e != 0] / q
+        rough = float(np.median([local_scatter(channel) for channel in e]))
+        limit = GROSS_STATED * beyond(rough) if x.stated else GROSS_ESTIMATED
+        if (
+            used.size
+            and float(np.sqrt(np.mean(used**2))) > limit
+            and (s.model.is_time_model or x.stated or not first_order(e))
+        ):
+            return True
+    return False
+
+
+AS_ROUGH = 1.35
+"""Residuals up to this many times the scatter between their neighbours are as rough as independent noise."""
+
+
+def beyond(scatter: float) -> float:
+    """Factor on what counts as far from a stated noise, where neighbours scatter `scatter` times as much:
+    physics doesn't, so it is what was stated that is wrong."""
+    return max(1.0, scatter / AS_ROUGH)

@@ -1,0 +1,78 @@
+"""What errors of a smoothed motion alone give a hypothesis: the same analysis of records made without it.
+
+A hypothesis that smooths or shifts the model's force (a lag, a mass) also smooths the errors that are left
+in the motion, and gains by it although nothing of the kind is there: no covariance that all hypotheses share
+can tell the two apart. A parametric bootstrap can (B. Efron, R. Tibshirani, An Introduction to the Bootstrap
+(1993), ch. 6): let the smoothed path be the true one and the parent model the truth, add noise to both,
+smooth again, fit both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
+from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.fit.series import Series, input_noise
+from modelgen.language import Model
+from modelgen.recordings import Case
+
+NOTICED = 0.95, 0.01
+"""Errors of motion matter where they leave less than this share of a sample's weight, at that share of the
+samples."""
+
+
+def motion_matters(series: Sequence[Series]) -> bool:
+    """Whether errors of the motion are a part of the noise worth speaking of."""
+    share, samples = NOTICED
+    return any(
+        s.whitener.smear is not None
+        and s.whitener.share is not None
+        and float(np.mean(s.whitener.share < share)) > samples
+        for s in series
+    )
+
+
+def replicas(model: Model, case: Case, parent: Fit, seed: int) -> tuple[Series, ...]:
+    """The series of `parent` measured anew: its smoothed path and its model's force, with fresh noise."""
+    from modelgen.codegen.inputs import complete_inputs
+    from modelgen.recordings.kinematics import kinematics
+
+    e = parent.hypothesis.experiment
+    moved = next(i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate")
+    rng = np.random.default_rng(seed)
+    made = []
+    for k, (s, recording) in enumerate(zip(e.series, case.fit, strict=True)):
+        told = input_noise(model, case, recording)
+        sigma = told[moved]
+        if sigma is None:
+            sigma = kinematics(recording.inputs[model.axis], recording.inputs[moved], None).sigma_z
+        path = s.inputs[moved] + sigma * rng.standard_normal(s.n)
+        inputs, _ = complete_inputs(model, {**recording.inputs, moved: path}, {**told, moved: sigma})
+        force = s.data + e.raw(parent.theta, k)
+        share = np.ones(s.n) if s.whitener.share is None else np.maximum(s.whitener.share, 1e-6)
+        level = np.median(share / np.maximum(s.whitener.weight, 1e-300), axis=1, keepdims=True)
+        made.append(replace(s, inputs=inputs, data=force + level * rng.standard_normal(s.data.shape)))
+    return tuple(made)
+
+
+def on(h: Hypothesis, series: Sequence[Series]) -> Hypothesis:
+    """The hypothesis over other series of the same recordings."""
+    e: Any = h.experiment
+    return Hypothesis(h.added, type(e)(e.model, e.function, e.layout, tuple(series), e.constants))
+
+
+def undeserved(judge: Judge, parent: Fit, child: Fit, series: Sequence[Series]) -> float:
+    """What `child` gains in BIC over `parent` on replicas (`series`) in which `parent` is the truth; 0 or
+    more."""
+    plain = replace(judge, excess={})
+    old = plain.fit(on(parent.hypothesis, series), [parent.theta])
+    names = [f"{a.id}_{q.name}" for a in child.hypothesis.added for q in a.effect.shapes]
+    values = {n: child.theta[child.hypothesis.names.index(n)] for n in names if n in child.hypothesis.names}
+    null = child.hypothesis.place(parent.hypothesis, old.theta, values)
+    new = plain.fit(on(child.hypothesis, series), [child.theta, null])
+    return max(0.0, old.bic - new.bic)

@@ -1,0 +1,1 @@
+"""The search over hypotheses: single effects, then one more while the evidence grows."""

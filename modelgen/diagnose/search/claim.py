@@ -1,0 +1,73 @@
+"""What an effect must gain to be claimed: under the common noise, under each fit's own, in the recordings."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, plain_white
+from modelgen.diagnose.hypotheses.setting import ALARM, Setting
+from modelgen.diagnose.noise.recolour import own_colour
+
+WORTH = 0.9
+"""Where models stay far from the data, an effect must take away a tenth of the misfit to be named."""
+IMPERFECT = 0.01
+"""Share of the evidence so far that a law of the right family leaves, a tenth off: no second effect."""
+SEEN = 0.998
+"""Where far more than noise is left, a further effect must be seen in the recordings as they are, and not
+only in what a filter of that rest leaves of them."""
+MOSTLY = 0.25
+"""Share of the evidence that coloured noise must leave, or it may be that."""
+FAR = 2.3
+"""Residuals this many times the noise are looked into further, although no single effect explains them."""
+
+
+def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
+    """Whether the evidence for `new` is enough: under the common noise, and with each fit's own colour of
+    noise.
+
+    The second is the likelihood in which smooth misfit may be coloured noise; it guards against colours that
+    the richer hypothesis has taken for itself. What errors of the motion alone would give must be gained
+    twice: replicas are made from a path that is smoothed already. A further effect must gain more than what a
+    law that is not quite right would leave.
+    """
+    alarm = ALARM * (len(new.ids) - len(old.ids))
+    if not s.model.is_time_model and any(w.ar is not None for w in judge.whiteners):
+        alarm *= 2  # a sweep is too short to tell a colour well
+    if judge.temper > 1.0:
+        return old.bic - new.bic > alarm and new.chi2 < WORTH * old.chi2
+    undeserved = judge.excess.get(new.hypothesis.key, 0.0) - judge.excess.get(old.hypothesis.key, 0.0)
+    # with no more numbers it mends no law that is nearly right, but is another account
+    imperfect = IMPERFECT * max(0.0, base.bic - old.bic) if new.parameters > old.parameters else 0.0
+    if old.bic - new.bic < alarm + max(0.0, undeserved) + imperfect:
+        return False
+    if old.ids and _far(new) and misfit(new) > SEEN * misfit(old):
+        return False
+    own = own_gain(s, judge, old, new)
+    if s.model.is_time_model or len(old.ids) != 1:
+        slow = s.model.is_time_model and own < MOSTLY * (old.bic - new.bic)  # noise of 1/f has no order
+        return own > (3 * alarm if slow else alarm)
+    # a second effect in sweeps is smooth, as coloured noise is: where it may be mostly that, more is asked
+    return own > (2 * alarm if own < MOSTLY * (old.bic - new.bic) else 0.0)
+
+
+def own_gain(s: Setting, judge: Judge, old: Fit, new: Fit) -> float:
+    """What `new` gains on `old`, each with its own colour of noise."""
+    return own_colour(s, judge, old) - own_colour(s, judge, new)
+
+
+def hidden(s: Setting, judge: Judge, best: Fit, winner: Fit, depth: int) -> bool:
+    """Whether one effect more may show what is not claimed yet.
+
+    A smooth error that nobody stated may forbid to claim `winner`, and two effects together be told from it;
+    or what no single effect explains is far more than noise, and two together do.
+    """
+    if depth != len(best.ids) + 1:
+        return False
+    if depth == 1 and _far(winner):
+        return True
+    return not s.model.is_time_model and judge.temper == 1.0 and best.bic - winner.bic > ALARM
+
+
+def _far(fit: Fit) -> bool:
+    """Whether residuals are larger than a noise that is wrong by a factor of two."""
+    return any(float(np.mean(e[e != 0] ** 2)) > FAR**2 for e in plain_white(fit) if np.any(e))

@@ -1,0 +1,132 @@
+"""Hypotheses with one effect more than those that a search holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from modelgen.diagnose.hypotheses.evidence import effective
+from modelgen.diagnose.hypotheses.hypothesis import Addition, make_hypotheses
+from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.hypotheses.setting import ALARM, Setting
+from modelgen.diagnose.search.screen import Score, Tangent, score
+
+SLACK = 1.5
+"""A refit may gain this many times the evidence that the score promised at first order."""
+COMPANIONS = 4
+"""Families whose best single effects are tried beside each hypothesis of the beam."""
+
+
+FEW = 20
+"""So many shapes are always tried."""
+
+
+def grow(
+    s: Setting, base: Fit, judge: Judge, beam: Sequence[Fit], scores: Sequence[Score], first: Sequence[Fit]
+) -> list[Fit]:
+    """Hypotheses with one effect more than those of the beam, fitted."""
+    chosen = _promising(s, base, judge, beam, scores)
+    if beam and len(beam[0].ids) == 1:
+        for key, grown in _companions(beam if s.cheap else beam[:1], first).items():
+            chosen.setdefault(key, grown)
+    made = make_hypotheses(
+        s.model, s.case, s.series, [(*g.fit.hypothesis.added, g.addition) for g in chosen.values()]
+    )
+    fits = []
+    for h in made:
+        g = chosen[h.key]
+        starts = [h.place(g.fit.hypothesis, g.fit.theta, v) for v in g.values]
+        if g.other is not None:
+            own = dict(zip(g.fit.hypothesis.names, g.fit.theta, strict=True))
+            starts.append(h.place(g.other.hypothesis, g.other.theta, _only(own, g.fit)))
+        fits.append(judge.fit(h, starts, worth=np.inf if s.cheap else _worth(g.fit, judge)))
+    return fits
+
+
+def _worth(f: Fit, judge: Judge) -> float:
+    """χ² below which an effect beside f may still be claimed: half of what that takes is there."""
+    return f.chi2 * float(np.exp(-0.5 * ALARM * judge.temper / effective(f.white)))
+
+
+@dataclass(frozen=True, eq=False)
+class Grown:
+    """A fit and the effect to be added to it, from these values; `other`: a fit with this effect alone."""
+
+    fit: Fit
+    addition: Addition
+    values: tuple[Mapping[str, float], ...]
+    other: Fit | None = None
+
+
+Key = frozenset[tuple[str, str, int]]
+
+
+def _promising(
+    s: Setting, base: Fit, judge: Judge, beam: Sequence[Fit], scores: Sequence[Score]
+) -> dict[Key, Grown]:
+    """The effects that by their score beside the beam's fits promise most."""
+    wanted: list[tuple[float, Grown]] = []
+    for k, f in enumerate(beam):
+        tangent = Tangent.of(*judge.tangent(f))
+        inner = f.hypothesis.values_of(f.theta, base.hypothesis)
+        for x in scores:
+            if x.addition.id in f.ids:
+                continue
+            # what the base's residual hides may lie elsewhere: beside the best fit all shapes are tried
+            points = None if k == 0 and s.cheap else points_of(x)
+            again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 2, points)
+            reach = f.bic - SLACK * _evidence(again.gain, f, judge) - beam[0].bic
+            if again.starts and reach < -ALARM:
+                tried = (*(v for _, v in again.starts), *(v for _, v in x.starts[:2]))
+                wanted.append((reach, Grown(f, x.addition, tried)))
+    wanted.sort(key=lambda w: w[0])
+    chosen: dict[Key, Grown] = {}
+    for _, g in wanted:
+        key = g.fit.hypothesis.key | {g.addition.key}
+        if key not in chosen and len(chosen) < s.pairs * (2 if len(g.fit.ids) == 1 else 1):
+            chosen[key] = g
+    return chosen
+
+
+def _evidence(gain: float, f: Fit, judge: Judge) -> float:
+    """What a fall of f's χ² by `gain` is in BIC: far from the data that is its logarithm."""
+    left = max(f.chi2 - gain, 1e-9 * f.chi2)
+    return effective(f.white) / judge.temper * float(np.log(f.chi2 / left))
+
+
+def points_of(x: Score) -> list[dict[str, float]]:
+    """The shapes that explained most of the base's residual; all, for what the base alone can imitate and
+    where they are few and far from each other."""
+    effect, grid = x.addition.effect, x.addition.grid()
+    if not x.starts or (effect.secant and len(grid) <= FEW):
+        return grid
+    shapes = {f"{x.addition.id}_{q.name}" for q in x.addition.effect.shapes}
+    if x.addition.effect.secant:
+        shapes |= set(x.addition.strengths)
+    return [{k: v for k, v in values.items() if k in shapes} for _, values in x.starts]
+
+
+def _companions(beam: Sequence[Fit], first: Sequence[Fit]) -> dict[Key, Grown]:
+    """Single effects that explain much alone, beside those of the beam of another family.
+
+    A score can miss them: beside a partner that has taken over their part, or with the wrong law, their
+    derivative points the wrong way.
+    """
+    best: dict[str, Fit] = {}
+    for f in sorted(first, key=lambda f: f.bic):
+        best.setdefault(f.hypothesis.added[0].family, f)
+    chosen: dict[Key, Grown] = {}
+    for f in beam:
+        for g in list(best.values())[:COMPANIONS]:
+            a = g.hypothesis.added[0]
+            if a.family != f.hypothesis.added[0].family and a.id not in f.ids:
+                values = _only(dict(zip(g.hypothesis.names, g.theta, strict=True)), g)
+                chosen.setdefault(f.hypothesis.key | {a.key}, Grown(f, a, (values,), g))
+    return chosen
+
+
+def _only(values: Mapping[str, float], f: Fit) -> dict[str, float]:
+    """Those of `values` that belong to the effects of a fit."""
+    return {k: v for k, v in values.items() if any(k.startswith(f"{i}_") for i in f.ids)}

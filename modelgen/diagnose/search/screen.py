@@ -1,0 +1,212 @@
+"""Score tests: how much of the base's residual an effect's first derivative explains that the base's own do
+not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis
+from modelgen.effects import Shape, Strength
+from modelgen.fit.series import Array, Whitener
+
+BLIND = 1e-7
+"""Share of a derivative's square that must be left beside the base's sensitivities; less is a parameter
+renamed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """The result for one effect: χ² explained at first order, and the starting points that explained most.
+
+    blind: at first order it does what the base's own parameters do. scouts: where the effect's grid is fine,
+    as there are resonances to be met, the best of each of its places.
+    """
+
+    hypothesis: Hypothesis
+    gain: float
+    starts: tuple[tuple[float, Mapping[str, float]], ...]
+    blind: bool
+    scouts: tuple[Mapping[str, float], ...] = ()
+
+    @property
+    def addition(self) -> Addition:
+        return self.hypothesis.added[-1]
+
+
+@dataclass(frozen=True, eq=False)
+class Tangent:
+    """Residual and sensitivities of a fitted hypothesis: r (N,) and an orthonormal basis q (N, p) of its
+    Jacobian."""
+
+    r: Array
+    q: Array
+
+    @staticmethod
+    def of(r: Array, J: Array) -> Tangent:
+        size = np.linalg.norm(J, axis=0)
+        kept = J[:, size > 0] / size[size > 0]
+        u, s, _ = (
+            np.linalg.svd(kept, full_matrices=False)
+            if kept.shape[1]
+            else (np.zeros((len(r), 0)), np.zeros(0), None)
+        )
+        return Tangent(r, u[:, s > 1e-10 * (s[0] if s.size else 1.0)])
+
+    def off(self, columns: Array) -> Array:
+        """The part of `columns` (N, k) that no change of the fitted parameters can make."""
+        rest = columns - self.q @ (self.q.T @ columns)
+        return rest - self.q @ (self.q.T @ rest)
+
+
+def score(
+    h: Hypothesis,
+    base: Hypothesis,
+    theta: Array,
+    tangent: Tangent,
+    whiteners: Sequence[Whitener],
+    keep: int = 3,
+    points: Sequence[Mapping[str, float]] | None = None,
+) -> Score:
+    """Score test of the last effect of `h` over the grid of its shapes (or at `points`), at the base's
+    fit."""
+    a = h.added[-1]
+    tries: list[tuple[float, Mapping[str, float]]] = []
+    blind = True
+    for point in a.grid() if points is None else points:
+        gain, values = (
+            _secant(h, base, theta, tangent, whiteners, point)
+            if a.effect.secant
+            else _slope(h, base, theta, tangent, whiteners, point)
+        )
+        if gain is None:
+            continue
+        blind = False
+        tries.append((gain, {**point, **values}))
+    if blind and not a.effect.secant:
+        tries = [(0.0, _finite(h, base, theta, tangent, whiteners))]
+    tries.sort(key=lambda x: -x[0])
+    best = tries[0][0] if tries else 0.0
+    return Score(h, best, tuple(_apart(tries, keep)), blind, _scouts(a, tries))
+
+
+RESONANT = 30
+"""Values of one quantity that are tried where it places resonances."""
+
+
+Tries = Sequence[tuple[float, Mapping[str, float]]]
+
+
+def _scouts(a: Addition, tries: Tries) -> tuple[Mapping[str, float], ...]:
+    """Of each place of resonances that was tried (best first), the best shape otherwise."""
+    quantities: list[Strength | Shape] = [*(a.effect.strengths if a.effect.secant else ()), *a.effect.shapes]
+    fine = next((f"{a.id}_{q.name}" for q in quantities if q.points >= RESONANT), "")
+    found: dict[float, Mapping[str, float]] = {}
+    for _, values in tries:
+        if fine in values:
+            found.setdefault(values[fine], values)
+    return tuple(found.values())
+
+
+def _apart(
+    tries: list[tuple[float, Mapping[str, float]]], keep: int
+) -> list[tuple[float, Mapping[str, float]]]:
+    """The best starting points, not all from one place of the grid."""
+    chosen: list[tuple[float, Mapping[str, float]]] = []
+    for gain, values in tries:
+        if len(chosen) == keep:
+            break
+        if not chosen or (gain > 0 and all(_far(values, v) for _, v in chosen)):
+            chosen.append((gain, values))
+    return chosen
+
+
+def _far(a: Mapping[str, float], b: Mapping[str, float]) -> bool:
+    """Whether two starting points differ by more than a neighbour's step in some shape."""
+    return any(abs(a[k] - b[k]) > 0.35 * max(abs(a[k]), abs(b[k])) for k in a if k in b)
+
+
+def _slope(
+    h: Hypothesis,
+    base: Hypothesis,
+    theta: Array,
+    tangent: Tangent,
+    whiteners: Sequence[Whitener],
+    point: Mapping[str, float],
+) -> tuple[float | None, dict[str, float]]:
+    """One-sided score of the strengths' derivatives at null."""
+    at = h.place(base, theta, point)
+    names = h.added[-1].strengths
+    index = [h.names.index(n) for n in names]
+    with np.errstate(all="ignore"):
+        columns = h.experiment.columns(at, index, whiteners)
+    if not np.all(np.isfinite(columns)):
+        return None, {}
+    rest = tangent.off(columns)
+    size, all_size = np.sum(rest**2, axis=0), np.sum(columns**2, axis=0)
+    seen = size > BLIND * all_size
+    if not seen.any():
+        return None, {}
+    step = np.zeros(len(names))
+    if len(names) == 1:
+        step -= (tangent.r @ rest) / size
+    else:
+        step[seen] = np.linalg.lstsq(rest[:, seen], -tangent.r, rcond=None)[0]
+    low = np.array([h.experiment.layout.parameters[i].bounds[0] for i in index])
+    high = np.array([h.experiment.layout.parameters[i].bounds[1] for i in index])
+    null = at[index]
+    wrong = (null + step < low) | (null + step > high)
+    if (wrong.any() and len(names) == 1) or wrong.all():
+        # the strength would have the sign that physics forbids: a small start in the allowed direction all
+        # the same
+        allowed = np.where(low >= null, 1.0, -1.0)
+        small = allowed * 0.1 / np.sqrt(np.maximum(size, 1e-300))
+        return 0.0, dict(zip(names, (np.clip(null + small, low, high)).tolist(), strict=True))
+    step[wrong] = 0.0
+    gain = float(tangent.r @ tangent.r - np.sum((tangent.r + rest @ step) ** 2))
+    return gain, dict(zip(names, (null + step).tolist(), strict=True))
+
+
+def _finite(
+    h: Hypothesis, base: Hypothesis, theta: Array, tangent: Tangent, whiteners: Sequence[Whitener]
+) -> dict[str, float]:
+    """Strengths that change the output by as much as the residual has, where the derivatives tell nothing.
+
+    A little of the effect is a parameter renamed, much of it may not be.
+    """
+    names = h.added[-1].strengths
+    index = [h.names.index(n) for n in names]
+    with np.errstate(all="ignore"):
+        columns = h.experiment.columns(h.place(base, theta, {}), index, whiteners)
+    values = {}
+    for name, i, column in zip(names, index, columns.T, strict=True):
+        p = h.experiment.layout.parameters[i]
+        size = float(np.linalg.norm(column))
+        null = p.default or 0.0
+        step = float(np.linalg.norm(tangent.r)) / size if np.isfinite(size) and size > 0 else 0.0
+        values[name] = float(np.clip(null + step, *p.bounds))
+    return values
+
+
+def _secant(
+    h: Hypothesis,
+    base: Hypothesis,
+    theta: Array,
+    tangent: Tangent,
+    whiteners: Sequence[Whitener],
+    point: Mapping[str, float],
+) -> tuple[float | None, dict[str, float]]:
+    """Gain of the finite change that a strength makes, with the base's parameters free to follow."""
+    at = h.place(base, theta, point)
+    with np.errstate(all="ignore"):
+        white = h.experiment.sums(whiteners).residuals(at)
+    change = white - tangent.r
+    if not np.all(np.isfinite(change)):
+        return None, {}
+    rest = tangent.off(change[:, None])[:, 0]
+    if rest @ rest <= BLIND * (change @ change):
+        return None, {}
+    scale = min(1.0, max(0.0, -float(rest @ tangent.r) / float(rest @ rest)))
+    return float(tangent.r @ tangent.r - np.sum((tangent.r + scale * rest) ** 2)), {}

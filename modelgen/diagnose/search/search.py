@@ -1,0 +1,184 @@
+"""The search over hypotheses: screen, refit, take in one effect after another while the evidence grows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from modelgen.diagnose.hypotheses.evidence import levels
+from modelgen.diagnose.hypotheses.hypothesis import Addition, make_hypotheses
+from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Progress, Setting
+from modelgen.diagnose.noise.recolour import judged_anew, recolour, recolour_pairs
+from modelgen.diagnose.noise.replica import motion_matters, replicas, undeserved
+from modelgen.diagnose.noise.smooth_error import quietness, smooth_error, with_smooth
+from modelgen.diagnose.search.claim import gains, hidden, own_gain
+from modelgen.diagnose.search.grow import grow
+from modelgen.diagnose.search.joint import joint
+from modelgen.diagnose.search.screen import Score
+from modelgen.diagnose.search.singles import from_singles, screened
+from modelgen.diagnose.search.swap import better_of, other_laws, parts, swapped
+from modelgen.fit.series import Series
+
+MOST = 3
+"""Effects in one verdict."""
+
+
+def white_judge(series: Sequence[Series]) -> Judge:
+    """Whiteners as stated, no colour."""
+    return Judge(tuple(s.whitener for s in series), levels(series))
+
+
+def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Outcome:
+    """Forward selection with a beam and swaps, the colour of the noise taken from the best hypothesis so
+    far."""
+    singles = make_hypotheses(s.model, s.case, s.series, [(a,) for a in s.additions])
+    if progress:
+        progress(0.3, "screening")
+    scores, first = screened(s, base, judge, singles)
+    better = from_singles(judge, base, first)
+    if base.bic - better.bic > 1.0:  # the base had not been at its optimum: judge anew from there
+        base = better
+        scores, first = screened(s, base, judge, singles)
+    first = swapped(s, base, judge, first, scores)
+    blind = tuple(x.addition for x in scores if x.blind)
+    judge, base, first = recolour(s, judge, base, first)
+    if progress:
+        progress(0.6, "fitting")
+    judge, first = _deserved(s, judge, [base], first)
+    best, grown, tried = base, first, {f.hypothesis.key: f for f in first}
+    beam: list[Fit] = []
+    for depth in range(1, MOST + 1):
+        if depth > 1:
+            if progress:
+                progress(0.5 + 0.15 * depth, f"looking for {'a second' if depth == 2 else 'a third'} effect")
+            judge, base, best, grown = _deeper(s, judge, base, best, beam, scores, first)
+            if not grown:
+                break
+            tried |= {f.hypothesis.key: f for f in grown}
+            best = min([best, *(f for f in grown if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
+            grown = [f for f in grown if len(f.ids) == depth]
+        winner = min([best, *grown], key=lambda f: f.bic)
+        best = _from_there(judge, best, winner)
+        if winner is not best and gains(s, judge, base, best, winner):
+            best = winner
+        elif not hidden(s, judge, best, winner, depth):
+            break
+        beam = sorted(grown, key=lambda f: f.bic)[: s.beam]
+    if len(best.ids) > 1 and not s.cheap:
+        laws = other_laws(s, base, judge, best, scores)
+        tried |= {f.hypothesis.key: f for f in laws}
+        best = min([best, *(f for f in laws if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
+    best, less = _pruned(s, judge, base, best)
+    return _concluded(s, judge, base, best, tuple(better_of(list(tried.values()), less)), blind)
+
+
+def _pruned(s: Setting, judge: Judge, base: Fit, best: Fit) -> tuple[Fit, list[Fit]]:
+    """`best` without effects that it no longer needs, as those that came later say the same better; and all
+    that was fitted to see it."""
+    found: list[Fit] = []
+    while True:
+        less = parts(s, judge, best)
+        found += less
+        part = min(less, key=lambda f: f.bic, default=best)
+        if part is best or gains(s, judge, base, part, best):
+            return best, found
+        best = part
+
+
+def _deeper(
+    s: Setting,
+    judge: Judge,
+    base: Fit,
+    best: Fit,
+    beam: Sequence[Fit],
+    scores: Sequence[Score],
+    first: Sequence[Fit],
+) -> tuple[Judge, Fit, Fit, list[Fit]]:
+    """Judge, base and best, and fits with one effect more than those of the beam."""
+    depth = 1 + len(beam[0].ids)
+    if not s.model.is_time_model:  # the colour that wrong hypotheses leave hides what would be right
+        judge = replace(white_judge(s.series), prior=judge.prior, temper=judge.temper)
+        base, best, *beam = [judge.look(f.hypothesis, f.theta) for f in (base, best, *beam)]
+    grown = grow(s, base, judge, beam, scores, first)
+    if not grown:
+        return judge, base, best, []
+    judge, base, grown, best = recolour_pairs(s, judge, base, grown, best)
+    if min(f.bic for f in grown) < best.bic - (0.0 if depth == 2 else ALARM):
+        more = [*grown, *_together(s, base, judge, scores, first, grown, depth)]
+        more = swapped(s, base, judge, more, scores)
+        judge, base, grown, best = recolour_pairs(s, judge, base, more, best)
+    judge, grown = _deserved(s, judge, [base, *beam], grown)
+    return judge, base, best, grown
+
+
+def _together(
+    s: Setting,
+    base: Fit,
+    judge: Judge,
+    scores: Sequence[Score],
+    first: Sequence[Fit],
+    grown: Sequence[Fit],
+    depth: int,
+) -> list[Fit]:
+    """Pairs of sweeps' effects that no beam led to."""
+    if depth != 2 or s.model.is_time_model or not s.cheap:
+        return []
+    return joint(s, base, judge, scores, first, {f.hypothesis.key for f in grown})
+
+
+def _concluded(
+    s: Setting, judge: Judge, base: Fit, best: Fit, tried: tuple[Fit, ...], blind: tuple[Addition, ...]
+) -> Outcome:
+    """All under the judge at the end, which counts a smooth error as noise if the best hypothesis leaves one.
+
+    Not before: what a second effect does to sweeps is smooth, too.
+    """
+    smooth = None if s.model.is_time_model or judge.temper > 1.0 else smooth_error(judge, best)[2]
+    if smooth is None:
+        look = [judge.look(f.hypothesis, f.theta) for f in (base, best, *tried)]
+        return Outcome(judge, look[0], look[1], tuple(look[2:]), blind)
+    lnf = [np.log(x.inputs[s.model.axis]) for x in s.series]
+    plain = tuple(replace(x.whitener, ar=None) for x in s.series)
+    smoothed = replace(
+        judge, whiteners=with_smooth(plain, lnf, smooth, quietness(s.series, plain)), smooth=smooth
+    )
+    judge, base, fits = judged_anew(s, smoothed, base, tried)
+    chosen = base
+    for size in range(1, len(best.ids) + 1):
+        first = min((f for f in fits if len(f.ids) == size), key=lambda f: f.bic)
+        alarm = ALARM * (size - len(chosen.ids))
+        if chosen.bic - first.bic > alarm and own_gain(s, judge, chosen, first) > alarm:
+            chosen = first
+    return Outcome(judge, base, chosen, tuple(fits), blind)
+
+
+def _deserved(s: Setting, judge: Judge, parents: Sequence[Fit], fits: list[Fit]) -> tuple[Judge, list[Fit]]:
+    """Take from the best of `fits` what errors of the motion give them beside the parent they grew from."""
+    if judge.temper > 1.0 or not s.model.is_time_model or not motion_matters(s.series):
+        return judge, fits
+    made: dict[frozenset[tuple[str, str, int]], tuple[Series, ...]] = {}
+    for _ in range(3 * s.beam):
+        first = sorted(fits, key=lambda f: f.bic)[: s.beam]
+        child = next((f for f in first if f.hypothesis.key not in judge.excess), None)
+        if child is None:
+            break
+        parent = min((p for p in parents if p.hypothesis.key < child.hypothesis.key), key=lambda p: p.bic)
+        key = parent.hypothesis.key
+        if key not in made:
+            made[key] = replicas(s.model, s.case, parent, seed=len(key))
+        own = judge.excess.get(key, 0.0) + undeserved(judge, parent, child, made[key])
+        judge = replace(judge, excess={**judge.excess, child.hypothesis.key: own})
+        fits = [judge.look(f.hypothesis, f.theta) if f is child else f for f in fits]
+    return judge, fits
+
+
+def _from_there(judge: Judge, best: Fit, winner: Fit) -> Fit:
+    """`best` fitted again from where a `winner` that holds it has taken its parameters: for the same
+    reason."""
+    if not best.hypothesis.key < winner.hypothesis.key or not best.ids:
+        return best
+    start = winner.hypothesis.values_of(winner.theta, best.hypothesis)
+    return min(best, judge.fit(best.hypothesis, [start]), key=lambda f: f.bic)

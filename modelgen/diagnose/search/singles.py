@@ -1,0 +1,127 @@
+"""All single effects: screened at the base by their score tests, and the most promising fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
+from modelgen.diagnose.hypotheses.setting import ALARM, Setting
+from modelgen.diagnose.noise.recolour import gross
+from modelgen.diagnose.search.screen import Score, Tangent, score
+from modelgen.diagnose.search.swap import better_of
+from modelgen.fit.experiment import initial_parameters
+from modelgen.fit.scatter import local_scatter
+from modelgen.fit.series import Array
+
+ASIDE = (0.97, 1.0, 1.03)
+"""Factors of a strength between which descents have kinks to overcome."""
+
+
+def screened(
+    s: Setting, base: Fit, judge: Judge, singles: Sequence[Hypothesis]
+) -> tuple[list[Score], list[Fit]]:
+    """Score tests of all single effects at the base's fit, and fits of the most promising.
+
+    What first order can't show is fitted, too: it is blind only if that gains nothing.
+    """
+    tangent = Tangent.of(*judge.tangent(base))
+    scores = [score(h, base.hypothesis, base.theta, tangent, judge.whiteners) for h in singles]
+    fits = _refit_singles(s, base, judge, scores)
+    for theta in s.others:
+        away = judge.fit(base.hypothesis, [theta])
+        if abs(away.bic - base.bic) > 1.0:
+            tangent = Tangent.of(*judge.tangent(away))
+            there = [score(h, base.hypothesis, away.theta, tangent, judge.whiteners, 1) for h in singles]
+            fits = better_of(fits, _refit_singles(s, away, judge, there))
+    gained = {f.hypothesis.key for f in fits if base.bic - f.bic > ALARM}
+    return [replace(x, blind=x.blind and x.hypothesis.key not in gained) for x in scores], fits
+
+
+def from_singles(judge: Judge, base: Fit, singles: Sequence[Fit]) -> Fit:
+    """The base fitted again from where the best singles have taken its parameters: none may win by a better
+    start."""
+    starts = [base.theta]
+    for f in sorted(singles, key=lambda f: f.bic)[:3]:
+        starts.append(f.hypothesis.values_of(f.theta, base.hypothesis))
+    return judge.fit(base.hypothesis, starts, iterations=150)
+
+
+def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score]) -> list[Fit]:
+    """Fits of the most promising single effects (all, where that is cheap)."""
+    seen = sorted((x for x in scores if x.starts), key=lambda x: -x.gain)
+    count = len(seen) if s.cheap else s.refits
+    # a base far from the data may be bent too far for a way back: from its defaults, too
+    defaults = base_starts(base.hypothesis, 0, 1) if gross(s, plain_white(base)) else []
+    fits = []
+    for k, x in enumerate(seen[:count]):
+        places = [(base.theta, v) for _, v in (x.starts if k < 12 else x.starts[:1])]
+        places += [(theta, x.starts[0][1]) for theta in defaults]
+        starts = [x.hypothesis.place(base.hypothesis, theta, v) for theta, v in places]
+        fits.append(judge.fit(x.hypothesis, starts))
+    if s.cheap and not s.model.is_time_model:
+        fits = _scouted(base, judge, seen, fits)
+    fits.sort(key=lambda f: f.bic)
+    return [_unhooked(judge, f) if k < s.beam else f for k, f in enumerate(fits)]
+
+
+FAINT = 0.1
+"""Part of what the first order promises from which descents start, too."""
+BENT = 1.1
+"""Residuals this many times the scatter between neighbours: the first orders of a
+bent base tell little."""
+
+
+def _scouted(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]) -> list[Fit]:
+    """`fits` of sweeps by what was `seen`, again where the first order has led astray: from little of an
+    effect where it reached too far, and, while no fit is near the noise, from wherever resonances may lie."""
+    white = plain_white(min(fits, key=lambda f: f.chi2, default=base))
+    over = [float(np.mean(x**2)) / local_scatter(x) ** 2 for e in white for x in e if x.size > FEWEST]
+    bent = bool(over) and float(np.mean(over)) > BENT**2
+    found = []
+    for x, f in zip(seen, fits, strict=False):
+        starts = [x.hypothesis.place(base.hypothesis, base.theta, v) for v in x.scouts] if bent else []
+        if f.chi2 > base.chi2:
+            starts += [_faint(x, base, v) for _, v in x.starts]
+        other = judge.fit(x.hypothesis, starts, few=SCOUTS) if starts else f
+        found.append(min((f, other), key=lambda f: f.bic))
+    return found
+
+
+SCOUTS = 6
+"""Descents that go on: in a narrow resonance they are slow at first."""
+FEWEST = 15
+"""Samples that tell a scatter."""
+
+
+def _faint(x: Score, base: Fit, values: Mapping[str, float]) -> Array:
+    """A start with little of an effect."""
+    start = x.hypothesis.place(base.hypothesis, base.theta, values)
+    null = x.hypothesis.place(base.hypothesis, base.theta, {})
+    at = [x.hypothesis.names.index(n) for n in x.addition.strengths]
+    start[at] = null[at] + FAINT * (start[at] - null[at])
+    return start
+
+
+def _unhooked(judge: Judge, f: Fit) -> Fit:
+    """A fit of an effect with kinks, which hold descents up, from beside where it ended: with other
+    strengths, and with the states before the record as they were at first."""
+    kinked = [n for a in f.hypothesis.added if a.effect.secant for n in a.strengths]
+    if not kinked:
+        return f
+    e = f.hypothesis.experiment
+    at = [f.hypothesis.names.index(n) for n in kinked]
+    own = [k for k, n in enumerate(f.hypothesis.names) if n.split("[")[0] in initial_parameters(e.model)]
+    reset = f.theta.copy()
+    for k in own:
+        default = e.layout.parameters[k].default
+        reset[k] = reset[k] if default is None else default
+    starts = [f.theta]
+    for theta in (f.theta, reset):
+        for by in ASIDE:
+            starts.append(theta.copy())
+            starts[-1][at] *= by
+    return judge.fit(f.hypothesis, starts)

@@ -1,0 +1,169 @@
+"""Effects of a hypothesis exchanged for others, the rest of it kept: the way out of a beam's dead ends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis, make_hypotheses
+from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.hypotheses.setting import Setting
+from modelgen.diagnose.search.grow import points_of
+from modelgen.diagnose.search.screen import Score, Tangent, score
+from modelgen.fit.series import Array
+
+ROUNDS = 3
+"""Exchanges one after another."""
+BEST = 8
+"""Effects that are tried in the place of one."""
+LOOSE = 3.0
+"""Those that promise to leave so many times the χ² of the best are not."""
+CROSSED = 2
+"""The best of each place that are tried together."""
+Key = frozenset[tuple[str, str, int]]
+
+
+def swapped(s: Setting, base: Fit, judge: Judge, fits: Sequence[Fit], scores: Sequence[Score]) -> list[Fit]:
+    """`fits` with those in addition that the best one leads to by exchanges, while they make it better; and
+    what is left of it without one of its effects.
+
+    An effect that explains little alone, or whose derivative is the base's own, is in no beam; beside the
+    right partner it is seen. Only where fits are cheap.
+    """
+    found = {f.hypothesis.key: f for f in sorted(fits, key=lambda f: -f.bic)}
+    if not fits or not s.cheap:
+        return list(fits)
+    done: set[Key] = set()
+    for _ in range(ROUNDS):
+        best = min(found.values(), key=lambda f: f.bic)
+        places = [a for a in best.hypothesis.added if best.hypothesis.key - {a.key} not in done]
+        done |= {best.hypothesis.key - {a.key} for a in places}
+        _keep(found, [f for a in places for f in _exchanges(s, base, judge, best, a, scores)])
+        if len(best.ids) == 2:
+            _keep(found, _crossed(s, judge, best, found))
+        if min(f.bic for f in found.values()) > best.bic - 1.0:
+            break
+    return list(found.values())
+
+
+def other_laws(s: Setting, base: Fit, judge: Judge, best: Fit, scores: Sequence[Score]) -> list[Fit]:
+    """`best` with each of its effects in other laws of the same physics: a beam follows what gains first."""
+    found: list[Fit] = []
+    for a in best.hypothesis.added:
+        laws = [x for x in scores if x.addition.id == a.id and x.addition.port.name == a.port.name]
+        if len(laws) > 1:
+            found += _exchanges(s, base, judge, best, a, laws)
+    return found
+
+
+def parts(s: Setting, judge: Judge, best: Fit) -> list[Fit]:
+    """`best` less each of its effects, fitted from where it is."""
+    added = best.hypothesis.added
+    less = [tuple(b for b in added if b is not a) for a in added] if len(added) > 1 else []
+    made = make_hypotheses(s.model, s.case, s.series, less)
+    return [judge.fit(h, [h.place(best.hypothesis, best.theta, {})]) for h in made]
+
+
+def _keep(found: dict[Key, Fit], fits: Sequence[Fit]) -> None:
+    """Put into `found` what is new, or better than what it has."""
+    for f in fits:
+        known = found.get(f.hypothesis.key)
+        if known is None or f.bic < known.bic:
+            found[f.hypothesis.key] = f
+
+
+def _exchanges(
+    s: Setting, base: Fit, judge: Judge, best: Fit, old: Addition, scores: Sequence[Score]
+) -> list[Fit]:
+    """Fits with other effects in the place of `old`, and of the rest alone.
+
+    They are scored from the values that the rest has beside `old`, where what is missing may be too much for
+    a derivative; and from the rest's own optimum, which may be far from the truth. What the base alone can
+    imitate shows only beside the others, so its score says nothing, and it is tried; so are other laws of
+    the same physics.
+    """
+    kept = tuple(a for a in best.hypothesis.added if a.key != old.key)
+    rest = make_hypotheses(s.model, s.case, s.series, [kept])[0]
+    beside = judge.look(rest, rest.place(best.hypothesis, best.theta, {}))
+    alone = judge.fit(rest, [beside.theta])
+    usable = [x for x in scores if x.addition.key != old.key and x.addition.id not in rest.ids]
+    found: dict[tuple[str, str, int], list[Promise]] = {}
+    for f in (beside, alone):
+        for p in _scored(base, judge, f, usable):
+            found.setdefault(p.addition.key, []).append(p)
+    chosen = sorted(found.values(), key=_least)[:BEST]
+    chosen = [c for c in chosen if _least(c) < LOOSE * _least(chosen[0])]
+    always = [a.key for a in (x.addition for x in usable if x.blind) if a.port.name == old.port.name]
+    always += [x.addition.key for x in usable if x.addition.id == old.id]
+    chosen += [found[key] for key in dict.fromkeys(always) if key in found and found[key] not in chosen]
+    made = make_hypotheses(s.model, s.case, s.series, [(*kept, c[0].addition) for c in chosen])
+    fits = [alone] if kept else []
+    for h in made:
+        starts = [h.place(rest, p.theta, p.values) for p in found[h.added[-1].key]]
+        fits.append(judge.fit(h, starts))
+    return fits
+
+
+def better_of(fits: Sequence[Fit], others: Sequence[Fit]) -> list[Fit]:
+    """Of each hypothesis the better fit."""
+    found = {f.hypothesis.key: f for f in fits}
+    _keep(found, others)
+    return list(found.values())
+
+
+@dataclass(frozen=True, eq=False)
+class Promise:
+    """χ² that an effect would leave at first order, from θ of the rest with these values of its own."""
+
+    left: float
+    addition: Addition
+    theta: Array
+    values: Mapping[str, float]
+
+
+def _least(promises: Sequence[Promise]) -> float:
+    return min(p.left for p in promises)
+
+
+def _scored(base: Fit, judge: Judge, f: Fit, scores: Sequence[Score]) -> list[Promise]:
+    """What each effect promises beside f."""
+    tangent = Tangent.of(*judge.tangent(f))
+    inner = f.hypothesis.values_of(f.theta, base.hypothesis)
+    whole = float(tangent.r @ tangent.r)
+    found = []
+    for x in scores:
+        again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 1, points_of(x))
+        if again.starts:
+            found.append(Promise(whole - again.gain, x.addition, f.theta, again.starts[0][1]))
+    return found
+
+
+def _crossed(s: Setting, judge: Judge, best: Fit, found: dict[Key, Fit]) -> list[Fit]:
+    """Pairs of what is best in the place of either effect of the best pair, both exchanged at once."""
+    places = []
+    for a in best.hypothesis.added:
+        kept = best.hypothesis.key - {a.key}
+        rivals = [f for key, f in found.items() if len(key) == 2 and kept < key and f is not best]
+        rivals.sort(key=lambda f: f.bic)
+        places.append([(_other(f.hypothesis, kept), f) for f in rivals[:CROSSED]])
+    chosen = {
+        frozenset((x.key, y.key)): (x, f, y, g)
+        for (x, f), (y, g) in product(*places)
+        if x.id != y.id and frozenset((x.key, y.key)) not in found
+    }
+    made = make_hypotheses(s.model, s.case, s.series, [(x, y) for x, _, y, _ in chosen.values()])
+    return [judge.fit(h, _starts(h, *chosen[h.key])) for h in made]
+
+
+def _starts(h: Hypothesis, x: Addition, f: Fit, y: Addition, g: Fit) -> list[Array]:
+    """From either of two fits, one with x and one with y, the other's effect beside it."""
+    of_f = dict(zip(f.hypothesis.names, f.theta, strict=True))
+    of_g = dict(zip(g.hypothesis.names, g.theta, strict=True))
+    only_x = {n: v for n, v in of_f.items() if n.startswith(f"{x.id}_")}
+    only_y = {n: v for n, v in of_g.items() if n.startswith(f"{y.id}_")}
+    return [h.place(f.hypothesis, f.theta, only_y), h.place(g.hypothesis, g.theta, only_x)]
+
+
+def _other(h: Hypothesis, kept: Key) -> Addition:
+    return next(a for a in h.added if a.key not in kept)
