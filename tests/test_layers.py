@@ -21,7 +21,7 @@ def imported(file: Path) -> set[str]:
 
 @pytest.mark.parametrize("room", DIAGNOSIS)
 def test_a_room_of_the_diagnosis_imports_none_above_it(room: str) -> None:
-    """hypotheses < noise < search < gate < experiment < account, as in the argument that a diagnosis makes."""
+    """hypotheses < noise < search < gate < experiment < account, the order of a diagnosis."""
     above = DIAGNOSIS[DIAGNOSIS.index(room) + 1 :]
     files = list((ROOT / "diagnose" / room).glob("*.py"))
     assert files
