@@ -30,6 +30,14 @@ from modelgen.truths import draw, write_case
             9009, "variant", "impedance", "lossy_rod", "white", 3.0, {"distributed_rod"},
             id="waves in a heavy spring, from a base that is bent to them",
         ),
+        pytest.param(
+            202900214, "pair", "gmm", ("second_mode", "contact_damping"), "misstated", 3.0,
+            {"second_mode", "contact_damping"}, id="a narrow resonance beside a loss, in no beam",
+        ),
+        pytest.param(
+            202900235, "pair", "gmm", ("inertia", "maxwell_branch"), "calibration", 3.0,
+            {"inertia", "maxwell_branch"}, id="a part explains less than another single effect does",
+        ),
     ],
 )  # fmt: skip
 def test_it_is_found_all_the_same(

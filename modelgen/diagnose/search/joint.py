@@ -18,6 +18,9 @@ from modelgen.fit.series import Array
 
 PAIRS = 12
 """Pairs that are fitted."""
+STARTS = 4
+"""Shapes of a pair from which descents start: of a narrow resonance the first order knows only the
+neighbourhood."""
 ALIKE = 0.999
 """Changes of the output that are one and the same to this cosine make no pair."""
 
@@ -54,33 +57,45 @@ def joint(
     """
     tangent = Tangent.of(*judge.tangent(base))
     changes = [c for x in scores for c in _changes(x, base, judge, tangent)]
-    chosen = [c for c in _best(changes, tangent) if _key(c[0], c[1]) not in known][:PAIRS]
+    chosen = [pairs for pairs in _best(changes, tangent) if _key(pairs[0]) not in known][:PAIRS]
     made = make_hypotheses(
-        s.model, s.case, s.series, [(a.score.addition, b.score.addition) for a, b, _, _ in chosen]
+        s.model, s.case, s.series, [tuple(c.score.addition for c in pairs[0].changes) for pairs in chosen]
     )
-    where = {_key(a, b): (a.scaled(x), b.scaled(y)) for a, b, x, y in chosen}
+    where = {_key(pairs[0]): pairs for pairs in chosen}
     alone = {f.hypothesis.key: f for f in first}
     fits = []
     for h in made:
-        start = where[h.key]
-        starts = [h.place(base.hypothesis, base.theta, {**start[0], **start[1]})]
+        starts = [h.place(base.hypothesis, base.theta, {**a, **b}) for a, b in map(_values, where[h.key])]
         for k, a in enumerate(h.added):
             f = alone.get(frozenset([a.key]))
             if f is not None:
-                starts.append(h.place(f.hypothesis, f.theta, start[1 - k]))
+                starts += [h.place(f.hypothesis, f.theta, _values(p)[1 - k]) for p in where[h.key]]
         fits.append(judge.fit(h, starts))
     return fits
 
 
-def _key(a: _Change, b: _Change) -> frozenset[tuple[str, str, int]]:
-    return frozenset((a.score.addition.key, b.score.addition.key))
+@dataclass(frozen=True, eq=False)
+class _Pair:
+    """Two changes, and the parts of them that together explain most."""
+
+    changes: tuple[_Change, _Change]
+    parts: tuple[float, float]
+
+
+def _key(p: _Pair) -> frozenset[tuple[str, str, int]]:
+    return frozenset(c.score.addition.key for c in p.changes)
+
+
+def _values(p: _Pair) -> tuple[dict[str, float], dict[str, float]]:
+    (a, b), (x, y) = p.changes, p.parts
+    return a.scaled(x), b.scaled(y)
 
 
 def _changes(x: Score, base: Fit, judge: Judge, tangent: Tangent) -> list[_Change]:
-    """What the effect does at the values that its score took for the best."""
+    """What the effect does at the values that its score took for the best, and wherever it may resonate."""
     a, h, found = x.addition, x.hypothesis, []
     index = [h.names.index(n) for n in a.strengths]
-    for _, values in x.starts:
+    for values in (*(v for _, v in x.starts), *x.scouts):
         at = h.place(base.hypothesis, base.theta, values)
         with np.errstate(all="ignore"):
             if a.effect.secant:
@@ -97,21 +112,23 @@ def _changes(x: Score, base: Fit, judge: Judge, tangent: Tangent) -> list[_Chang
     return found
 
 
-def _best(changes: Sequence[_Change], tangent: Tangent) -> list[tuple[_Change, _Change, float, float]]:
-    """Pairs of different effects, that which explains most first, with the parts of their changes; one law
-    of each."""
+def _best(changes: Sequence[_Change], tangent: Tangent) -> list[list[_Pair]]:
+    """Pairs of different effects, those that explain most first, with the parts of their changes; one law of
+    each, in the few shapes that explain most."""
     C = np.stack([c.change for c in changes], axis=1)
     size = np.linalg.norm(C, axis=0)
     G, b = (C / size).T @ (C / size), -(C / size).T @ tangent.r
     rest = np.where(np.abs(G) < ALIKE, 1 - G**2, np.inf)
     parts = (b[:, None] - G * b[None, :]) / rest  # of the first of a pair; those of the second by transposing
     gain = np.where((parts > 0) & (parts.T > 0), parts * b[:, None] + parts.T * b[None, :], 0.0)
-    found: dict[frozenset[str], tuple[_Change, _Change, float, float]] = {}
+    found: dict[frozenset[str], list[_Pair]] = {}
     for k in np.argsort(-np.triu(gain, 1), axis=None):
         i, m = divmod(int(k), len(changes))
         ids = frozenset((changes[i].score.addition.id, changes[m].score.addition.id))
         if i >= m or gain[i, m] <= 0:
             break
-        if len(ids) == 2 and ids not in found:
-            found[ids] = (changes[i], changes[m], float(parts[i, m] / size[i]), float(parts[m, i] / size[m]))
-    return list(found.values())
+        pair = _Pair((changes[i], changes[m]), (float(parts[i, m] / size[i]), float(parts[m, i] / size[m])))
+        known = found.setdefault(ids, [pair])
+        if len(ids) == 2 and known[0] is not pair and len(known) < STARTS and _key(pair) == _key(known[0]):
+            known.append(pair)
+    return [pairs for ids, pairs in found.items() if len(ids) == 2]

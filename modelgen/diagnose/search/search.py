@@ -71,19 +71,26 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
         laws = other_laws(s, base, judge, best, scores)
         tried |= {f.hypothesis.key: f for f in laws}
         best = min([best, *(f for f in laws if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
-    best, less = _pruned(s, judge, base, best)
+    best, less = _pruned(s, judge, base, best, list(tried.values()))
     return _concluded(s, judge, base, best, tuple(better_of(list(tried.values()), less)), blind)
 
 
-def _pruned(s: Setting, judge: Judge, base: Fit, best: Fit) -> tuple[Fit, list[Fit]]:
+def _pruned(s: Setting, judge: Judge, base: Fit, best: Fit, tried: Sequence[Fit]) -> tuple[Fit, list[Fit]]:
     """`best` without effects that it no longer needs, as those that came later say the same better; and all
-    that was fitted to see it."""
+    that was fitted to see it.
+
+    It needs them where it gains enough on the best account with one effect less, be that a part of it or not.
+    """
     found: list[Fit] = []
     while True:
         less = parts(s, judge, best)
+        if not less:
+            return best, found
         found += less
-        part = min(less, key=lambda f: f.bic, default=best)
-        if part is best or gains(s, judge, base, part, best):
+        others = [f for f in tried if len(f.ids) == len(best.ids) - 1]
+        others = [judge.look(f.hypothesis, f.theta) for f in sorted(others, key=lambda f: f.bic)[: s.beam]]
+        part = min((*less, *others), key=lambda f: f.bic)
+        if gains(s, judge, base, part, best):
             return best, found
         best = part
 
