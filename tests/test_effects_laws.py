@@ -436,6 +436,66 @@ def test_stress_softening_by_path_and_by_peak() -> None:
     assert F[650] / motion["z"][650] == pytest.approx(np.exp(-2), rel=1e-6)
 
 
+def test_a_material_softened_below_its_peak_is_itself_again_at_the_peak() -> None:
+    t = np.arange(0, 3, 0.005)
+    motion = record(t, lambda x: np.where(x < 1, 1.0, 0.5) * np.sin(2 * np.pi * x))
+    law = find("stress_softening", "spring", "q")
+    F, z = force(law, motion, {"k_D": 1.0}, q=0.4, w=0.3), motion["z"]
+    assert np.allclose(F[:50], z[:50])  # as it is loaded for the first time
+    assert F[250] / z[250] == pytest.approx(1 - 0.4 * np.tanh((1 - 0.25) / 0.09), rel=1e-6)
+    assert np.allclose(force(law, motion, {"k_D": 1.0}, q=0.0, w=0.3), z)
+
+
+def test_payne_softening_in_a_cycle_has_its_loss_where_the_network_breaks() -> None:
+    """Kraus 1984: half of the stiffness is gone at A_n, where the loss is greatest, whatever the exponent."""
+    law = find("payne_softening", "stiffness", "k_n")
+    model, values = load("complex_stiffness"), {"c_D": 0.0, "h_D": 0.0, "rho": 1.0, "k_D": 1.0}
+    extended = Reading(law.extend(model, law.fits(model)[0]))
+    own = {"k_n": 1.0, "H_n": 0.1, "A_n": 0.4, "n": 1.2}
+
+    def stiffness(A: float) -> complex:
+        numbers = values | {"A_z": A} | {f"payne_softening_{k}": x for k, x in own.items()}
+        return complex(extended({"f": np.array([1.0])}, **numbers)["K"][0]) - 1.0
+
+    assert stiffness(0.4) == pytest.approx(0.5 + 0.1j)
+    assert stiffness(0.4 * 2**5) == pytest.approx((1 + 0.2j * 8) / 65)
+    assert stiffness(0.39).imag < 0.1 and stiffness(0.41).imag < 0.1
+
+
+def test_springs_that_harden_by_more_than_a_square() -> None:
+    motion = record(np.linspace(0, 3, 301), wobble)
+    z = motion["z"]
+    F = force(find("cubic_stiffness", "force", "k_30"), motion, k_30=-0.2, k_5=0.5)
+    assert np.allclose(F, -0.2 * z**3 + 0.5 * z**5)
+    for end, side in (("out", 1), ("in", -1)):  # stiffness k (e^x − 1) towards one side, from 0 at rest
+        F = force(
+            find("asymmetric_stiffness", "force", f"k_{end}"), motion, **{f"k_{end}": 0.3, f"z_{end}": 0.4}
+        )
+        x = np.linspace(0, 1, 2001)
+        exact = [np.trapezoid(0.3 * np.expm1(side * x * end_z / 0.4), x * end_z) for end_z in z]
+        assert np.allclose(F, exact, rtol=1e-4, atol=1e-6)
+
+
+def test_a_quintic_spring_in_a_cycle_is_a_cubic_one_without_its_quintic_term() -> None:
+    model, values = load("complex_stiffness"), {"k_D": 1.0, "c_D": 0.01, "h_D": 0.2, "rho": 3.0, "A_z": 0.5}
+    got = []
+    for name, own in (
+        ("k_3", {"k_3": 0.7}),
+        ("k_30", {"k_30": 0.7, "k_5": 0.0}),
+        ("k_30", {"k_30": 0, "k_5": 1}),
+    ):
+        law = find("cubic_stiffness", "cycle", name)
+        extended = Reading(law.extend(model, law.fits(model)[0]))
+        numbers = values | {f"cubic_stiffness_{k}": x for k, x in own.items()}
+        found = extended({"f": np.array([1.0])}, **numbers)
+        got.append((found["k_s"][0], found["loss_angle"][0]))
+    assert got[1] == pytest.approx(got[0], rel=1e-9)
+    plain = Reading(model)({"f": np.array([1.0])}, **values)["k_s"][0]
+    assert got[2][0] - plain == pytest.approx(
+        0.5**4, rel=0.01
+    )  # the peak is nearly at the greatest deflection
+
+
 def test_second_dahl_element_is_another_dahl_model() -> None:
     motion = record(np.linspace(0, 3, 301), wobble)
     F = force(find("second_dahl_element", "force"), motion, h_2=0.4, z_2=1 / 3.0)

@@ -128,6 +128,19 @@ def test_stated_noise_of_velocity_is_the_noise_that_is_left() -> None:
         assert 0.6 < ratio < 1.6
 
 
+@pytest.mark.parametrize("std", [1e-4, 1e-3, 5e-3])
+def test_what_smoothing_misses_of_a_fast_motion_counts_as_its_error(std: float) -> None:
+    """Eight lines, the fastest of 30 samples a period: where noise hides that a quintic bends them."""
+    n, rng = np.arange(4000), np.random.default_rng(1)
+    w, phase = 2 * np.pi / 30 * np.arange(1, 9) / 8, rng.uniform(0, 2 * np.pi, 8)
+    waves = np.outer(n, w) + phase
+    exact = np.sin(waves).sum(1), np.cos(waves) @ w, -np.sin(waves) @ w**2
+    k = kinematics(n, noisy(exact[0], 5, std), std)
+    inner = slice(60, -60)
+    for found, true, stated in ((k.v, exact[1], k.sigma_v), (k.a, exact[2], k.sigma_a)):
+        assert 0.5 < rms((found - true)[inner] / stated[inner]) < 1.5
+
+
 @pytest.mark.parametrize(("step", "limit"), [(1e-3, 1e-3), (1e-2, 5e-3), (1e-6, 1e-3)])
 def test_an_encoder_and_rounded_numbers(step: float, limit: float) -> None:
     t, z, v, _ = slow_sine()

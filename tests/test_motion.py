@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 import modelgen as mg
+from modelgen.diagnose import diagnose
 from modelgen.fit.experiment import experiment
 from modelgen.fit.motion import with_motion
 from modelgen.fit.series import make_series
+from modelgen.models import load
 from modelgen.recordings import Case
 
 TRUE = {"k_D": 0.6797, "c_D": 0.1374, "h_D": 0.2309, "rho": 1.44, "F_0": 1.3, "r_0": -0.8}
@@ -43,6 +45,47 @@ def test_the_residual_of_the_truth_is_white(tmp_path: Path) -> None:
     assert np.mean(alone) > 10
     assert 0.7 < np.mean(squares) < 1.1
     assert abs(np.mean(neighbours)) < 0.12
+
+
+DAMPER = """
+from modelgen.language import Equation, Input, Model, Output, Parameter, Port
+from modelgen.language import acceleration_of, previous, rate_of
+
+t = Input("t", "s")
+z = Input("z", "mm")
+v, a, t_prev = rate_of(z, "v", "mm/s"), acceleration_of(z, "a", "mm/s**2"), previous(t)
+k = Parameter("k", "N/mm", 1.0, (0.0, 1e3), "spring")
+c = Parameter("c", "N*s/mm", 0.1, (0.0, 1e3), "dashpot")
+m = Parameter("m", "N*s**2/mm", 1e-2, (0.0, 10.0), "mass")
+F_s = Equation("F_s", k * z + c * v + m * a, "N")
+at = tuple((n, i.symbol) for n, i in dict(t=t, t_prev=t_prev, z=z, v=v, a=a).items())
+damper = Model("damper", (t, z, v, a, t_prev), (k, c, m), (F_s,), (Output("F_s", measured_as=("F",)),),
+               (Port("force", "force", "F_s", at), Port("sensor", "sensor", "F_s", at[:2])))
+"""
+
+
+def moved_mass(folder: Path, seed: int) -> Case:
+    """Two records of spring, dashpot and mass in a motion of ten lines, with noise of the displacement."""
+    n, rng = np.arange(1200), np.random.default_rng(seed)
+    text = 'model = "damper.py:damper"\n'
+    for file in ("a.csv", "b.csv"):
+        w = 2 * np.pi * np.arange(1, 11) / 10 * 0.5
+        waves = np.outer(n / 25, w) + rng.uniform(0, 2 * np.pi, 10)
+        z, v, a = np.sin(waves).sum(1), np.cos(waves) @ w, -np.sin(waves) @ w**2
+        F = 1.0 * z + 0.15 * v + 0.05 * a + 1e-3 * rng.standard_normal(n.size)
+        table = np.column_stack([n / 25, z + 5e-3 * rng.standard_normal(n.size), F])
+        np.savetxt(folder / file, table, delimiter=",", header="t [s],z [mm],F [N]", comments="")
+        text += f'[[recording]]\nfile = "{file}"\n'
+    (folder / "damper.py").write_text(DAMPER)
+    (folder / "case.toml").write_text(text)
+    return mg.read_case(folder / "case.toml")
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_errors_of_the_acceleration_are_no_physics(seed: int, tmp_path: Path) -> None:
+    case = moved_mass(tmp_path, seed)
+    verdict = diagnose(case, load(str(tmp_path / "damper.py") + ":damper"))
+    assert verdict.adequate, verdict.summary
 
 
 def test_slight_noise_changes_nothing(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from modelgen.effects.damping import DRAG
 from modelgen.effects.damping import TEXTBOOK as JACOBSEN
 from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values
 from modelgen.effects.friction import DAHL, dahl_exponent, second_dahl_element
-from modelgen.effects.nonlinear_spring import HARDENS
+from modelgen.effects.nonlinear_spring import HARDENS, quintic_stiffness
 from modelgen.effects.nonlinear_spring import TEXTBOOK as NAYFEH
 from modelgen.effects.sensor import FILTER, LAG, LATE
 from modelgen.language import (
@@ -82,6 +82,10 @@ def _cubic(at: Port, p: Values, z: Any, v: Any, d: Any) -> Force:
     return Force(p["k_3"] * z**3, 3 * p["k_3"] * z**2)
 
 
+def _quintic(at: Port, p: Values, z: Any, v: Any, d: Any) -> Force:
+    return Force(p["k_30"] * z**3 + p["k_5"] * z**5, 3 * p["k_30"] * z**2 + 5 * p["k_5"] * z**4)
+
+
 def _drag(at: Port, p: Values, z: Any, v: Any, d: Any) -> Force:
     greatest = at["omega"] * at["amplitude"]
     return Force(
@@ -143,6 +147,17 @@ cubic_in_a_cycle = Effect(
     needs=("amplitude",),
 )
 
+quintic_in_a_cycle = replace(
+    quintic_stiffness,
+    kinds=("cycle",),
+    strengths=tuple(
+        replace(q, unit="{port}/{amplitude}**" + n)
+        for q, n in zip(quintic_stiffness.strengths, "35", strict=True)
+    ),
+    apply=in_the_cycle(_quintic),
+    needs=("amplitude",),
+)
+
 quadratic_in_a_cycle = Effect(
     "quadratic_damping",
     ("cycle",),
@@ -195,6 +210,6 @@ lag_in_a_cycle = Effect(
 )
 
 EFFECTS = (
-    cubic_in_a_cycle, quadratic_in_a_cycle, second_dahl_in_a_cycle, exponent_in_a_cycle, delay_in_a_cycle,
-    lag_in_a_cycle,
+    cubic_in_a_cycle, quintic_in_a_cycle, quadratic_in_a_cycle, second_dahl_in_a_cycle, exponent_in_a_cycle,
+    delay_in_a_cycle, lag_in_a_cycle,
 )  # fmt: skip

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change
-from modelgen.language import Max, Port, sign
+from modelgen.language import Abs, Max, Port, exp, sign
 
 TEXTBOOK = "A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 1.2 and 4.1"
 ANY = (-float("inf"), float("inf"))
@@ -21,6 +21,20 @@ cubic_stiffness = Effect(
     common=2.0,
 )
 
+quintic_stiffness = Effect(
+    "cubic_stiffness",
+    ("force",),
+    "the spring hardens (or softens) with displacement, alike in both directions, by more than its square",
+    TEXTBOOK + ": cubic and quintic terms",
+    (
+        Strength("k_30", "{port}/{z}**3", bounds=ANY, text="cubic term"),
+        Strength("k_5", "{port}/{z}**5", bounds=ANY, text="quintic term"),
+    ),
+    add(lambda at, p: p["k_30"] * at["z"] ** 3 + p["k_5"] * at["z"] ** 5),
+    needs=("z",),
+    common=0.5,
+)
+
 asymmetric_stiffness = Effect(
     "asymmetric_stiffness",
     ("force",),
@@ -34,6 +48,34 @@ asymmetric_stiffness = Effect(
     add(lambda at, p: p["k_2"] * at["z"] ** 2),
     needs=("z",),
 )
+
+
+STEEP = 20.0
+"""The largest exponent: a search may ask for a spring that nothing would move."""
+
+
+def _exponential(side: int) -> Effect:
+    """F = ±k z_e (e^x − 1 − x), x = ±z/z_e: what a stiffness k (e^x − 1) gives."""
+    end, where = ("out", "positive") if side > 0 else ("in", "negative")
+
+    def law(at: Port, p: Values) -> Any:
+        x = side * at["z"] / p[f"z_{end}"]
+        x = (x + STEEP - Abs(x - STEEP)) / 2  # the smaller of both; sympy's Min takes long over composed z
+        return side * p[f"k_{end}"] * p[f"z_{end}"] * (exp(x) - 1 - x)
+
+    return Effect(
+        "asymmetric_stiffness",
+        ("force",),
+        "the spring is stiffer in one direction than in the other: its stiffness grows exponentially towards "
+        f"{where} z",
+        "Y. C. Fung, Am. J. Physiol. 213 (1967) 1532: dF/dz linear in F",
+        (Strength(f"k_{end}", "{port}/{z}", bounds=ANY, text="stiffness that grows e-fold over z_e"),),
+        add(law),
+        (Shape(f"z_{end}", "{z}", "displacement", 0.2, 3.0, 4, text="displacement of e-fold growth, z_e"),),
+        needs=("z",),
+        common=0.5,
+    )
+
 
 bilinear_stiffness = Effect(
     "asymmetric_stiffness",
@@ -73,4 +115,7 @@ def _magnet(side: int) -> Effect:
     )
 
 
-EFFECTS = (cubic_stiffness, asymmetric_stiffness, bilinear_stiffness, _magnet(1), _magnet(-1))
+EFFECTS = (
+    cubic_stiffness, quintic_stiffness, asymmetric_stiffness, _exponential(1), _exponential(-1),
+    bilinear_stiffness, _magnet(1), _magnet(-1),
+)  # fmt: skip

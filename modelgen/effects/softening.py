@@ -3,7 +3,20 @@
 from sympy import Symbol
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, at_start, unit_of
-from modelgen.language import Abs, Input, Max, Model, Port, State, amplitude_of, exp, quadrature_of, sqrt
+from modelgen.language import (
+    Abs,
+    Input,
+    Max,
+    Model,
+    Port,
+    State,
+    amplitude_of,
+    exp,
+    j,
+    quadrature_of,
+    sqrt,
+    tanh,
+)
 
 PAYNE = "A. R. Payne, J. Appl. Polym. Sci. 6 (1962) 57; G. Kraus, Appl. Polym. Symp. 39 (1984) 75"
 KRAUS = 1.6  # 2m in Kraus' law: 1.1 to 1.2 for carbon black, 2 in the form that is often used
@@ -88,6 +101,33 @@ payne_in_a_cycle = Effect(
 )
 
 
+def _kraus(at: Port, p: Values) -> object:
+    """Storage k_n/(1 + x^n), loss 2 H_n x^(n/2)/(1 + x^n) with x = A/A_n and n = 2m: contacts that break and
+    mend in each cycle."""
+    root = (at["amplitude"] / p["A_n"]) ** (p["n"] / 2)
+    return (p["k_n"] + 2 * j * p["H_n"] * root) / (1 + root**2)
+
+
+payne_with_loss = Effect(
+    "payne_softening",
+    ("stiffness",),
+    "the stiffness falls with the amplitude of the motion, and its loss has a peak on the way, as a network "
+    "of filler breaks and mends in each cycle",
+    PAYNE,
+    (
+        Strength("k_n", "{port}", text="stiffness that large amplitudes take away"),
+        Strength("H_n", "{port}", text="greatest loss stiffness of the network, at A_n"),
+    ),
+    add(_kraus),
+    (
+        Shape("A_n", "{amplitude}", "1", 0.02, 10.0, 5, text="amplitude that takes half of it"),
+        Shape("n", "1", "1", 0.8, 2.2, 2, log=False, text="Kraus' exponent 2m"),
+    ),
+    needs=("amplitude",),
+    common=0.5,
+)
+
+
 def _mullins(model: Model, port: Port, p: Values) -> Model:
     name = "stress_softening_path"
     way = Abs(port["z_turn"] - port["z_prev"]) + Abs(port["z"] - port["z_turn"])
@@ -128,4 +168,32 @@ softening_by_peak = Effect(
     needs=("z",),
 )
 
-EFFECTS = (payne_softening, payne_followed, payne_in_a_cycle, stress_softening, softening_by_peak)
+
+def _reloaded(model: Model, port: Port, p: Values) -> Model:
+    """Stiffness times 1 − q tanh((z_max² − z²)/w²): whole where the greatest deflection is reached again."""
+    name = "stress_softening_reached"
+    start, unit = Abs(at_start(model, port["z"])), unit_of(model, port["z"])
+    peak = State(
+        name, start, Max(Symbol(name, real=True), Abs(port["z"])), unit=unit, text="greatest deflection"
+    )
+    lost = p["q"] * tanh((peak.symbol**2 - port["z"] ** 2) / p["w"] ** 2)
+    return model.extend(port.equation, lambda k: k * (1 - lost), statements=(peak,))
+
+
+softening_below_peak = Effect(
+    "stress_softening",
+    ("spring",),
+    "the virgin material is softer below the greatest deflection that it has seen, and itself again where it "
+    "gets there (Mullins)",
+    "R. W. Ogden, D. G. Roxburgh, Proc. R. Soc. A 455 (1999) 2861; A. Dorfmann, R. W. Ogden, Int. J. Solids "
+    "Struct. 41 (2004) 1855: η = 1 − tanh((W_m − W)/m)/r with W ∝ z²",
+    (Strength("q", "1", bounds=(0.0, 1.0), text="share of the stiffness that is lost far below the peak"),),
+    _reloaded,
+    (Shape("w", "{z}", "displacement", 0.1, 2.0, 4, text="deflection that tells how far below"),),
+    needs=("z",),
+)
+
+EFFECTS = (
+    payne_softening, payne_followed, payne_in_a_cycle, payne_with_loss,
+    stress_softening, softening_by_peak, softening_below_peak,
+)  # fmt: skip

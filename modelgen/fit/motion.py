@@ -1,7 +1,7 @@
 """Errors of a recorded displacement: through the model they are noise of the output, as large as it reacts.
 
 The displacement is smoothed and differentiated (recordings/kinematics.py); what this leaves of its noise is
-known, and moves the modelled output by ∂F/∂z δz and ∂F/∂v δv (errors in variables, to first order).
+known, and moves the modelled output by ∂F/∂z δz, ∂F/∂v δv and ∂F/∂a δa (errors in variables, to first order).
 """
 
 from __future__ import annotations
@@ -28,13 +28,20 @@ SLIGHT = 0.02
 class MotionError:
     """What errors of the motion do to the output of a recording, sample by sample (n,), at one θ.
 
-    by_value, by_rate: standard deviations, signed by the direction in which the output moves, of what errors
-    of the smoothed displacement and of its rate make of it. window: half-widths of the smoothing in samples.
+    by_value, by_rate, by_acceleration: standard deviations, signed by the direction in which the output
+    moves, of what errors of the smoothed displacement and of its derivatives make of it. window: half-widths
+    of the smoothing in samples.
     """
 
     by_value: Array
     by_rate: Array
+    by_acceleration: Array
     window: Array
+
+    @property
+    def variance(self) -> Array:
+        """(n,) of the output, errors of the three as if independent."""
+        return np.asarray(self.by_value**2 + self.by_rate**2 + self.by_acceleration**2)
 
 
 def motion_error(
@@ -67,7 +74,9 @@ def motion_error(
 
     value = np.broadcast_to(found.sigma_z * _left(window), s.n) * ends
     rate = np.broadcast_to(found.sigma_v, s.n) * ends
-    return MotionError(moves(value, moved), moves(rate, motion["rate"]), window)
+    bent = np.broadcast_to(found.sigma_a, s.n) * ends
+    by_bend = moves(bent, motion["acceleration"]) if "acceleration" in motion else np.zeros(s.n)
+    return MotionError(moves(value, moved), moves(rate, motion["rate"]), by_bend, window)
 
 
 def errors_in_motion(ex: Experiment, case: Case, recording: Recording, theta: Array, k: int) -> Series:
@@ -76,8 +85,7 @@ def errors_in_motion(ex: Experiment, case: Case, recording: Recording, theta: Ar
     s, found = ex.series[k], motion_error(ex, case, recording, theta, k)
     if found is None:
         return s
-    off = found.by_value**2 + found.by_rate**2
-    level = np.sqrt(1.0 + np.mean(np.abs(s.whitener.weight), axis=0) ** 2 * off)
+    level = np.sqrt(1.0 + np.mean(np.abs(s.whitener.weight), axis=0) ** 2 * found.variance)
     return replace(s, whitener=replace(s.whitener.masked(1.0 / level), smear=found.window))
 
 
@@ -101,21 +109,20 @@ def smoothed(error: MotionError, weight: Array) -> Array:
     """(n, 2 m + 1) rows of R, centred on its diagonal: R Rᵀ is the covariance of what white noise of the
     displacement leaves in the output, in units of its own noise 1/`weight`.
 
-    A sample's smoothed value and rate are sums over its window: local quintics (Savitzky and Golay, Anal.
-    Chem. 36 (1964) 1627), in the narrowest window the value itself and the rate of the polynomial through
-    nine.
+    A sample's smoothed value and derivatives are sums over its window: local quintics (Savitzky and Golay,
+    Anal. Chem. 36 (1964) 1627), in the narrowest window the value itself and the derivatives of the
+    polynomial through nine.
     """
     from scipy.signal import savgol_coeffs
 
     half = np.clip(error.window, 4, WIDEST).astype(int)
     most = int(half.max())
     rows = np.zeros((len(half), 2 * most + 1))
-    for h in np.unique(half):
-        at, span = half == h, slice(most - h, most + h + 1)
-        rate = savgol_coeffs(2 * int(h) + 1, 8 if h == 4 else 5, deriv=1, use="dot")
-        value = np.eye(9)[4] if h == 4 else savgol_coeffs(2 * int(h) + 1, 5, use="dot")
-        rows[at, span] = np.outer(error.by_rate[at], rate / np.linalg.norm(rate))
-        rows[at, span] += np.outer(error.by_value[at], value / np.linalg.norm(value))
+    for deriv, by in enumerate((error.by_value, error.by_rate, error.by_acceleration)):
+        for h in np.unique(half) if np.any(by) else ():
+            at, span = half == h, slice(most - h, most + h + 1)
+            c = savgol_coeffs(2 * int(h) + 1, 8 if h == 4 else 5, deriv=deriv, use="dot")
+            rows[at, span] += np.outer(by[at], c / np.linalg.norm(c))
     return np.asarray(rows * weight[:, None])
 
 

@@ -18,12 +18,14 @@ HALF_WIDTHS = (4, 6, 9, 13, 19, 28, 42, 64, 96, 144, 216, 324, 486, 729, 1094, 1
 # wider one is tried, and the noise of a small one would look like reversals.
 PEAK = 6.0  # largest excess coefficient, in standard deviations
 POOL = 12  # half-width of the neighbourhood of a window that is tested together, in half-widths
+SPREAD = 0.3  # standard deviation of the mean square of the some 2 POOL windows in it
 POOLED = 2.5  # largest mean square excess over it, in variances
 
 
 @dataclass(frozen=True)
 class Smooth:
-    """value: z, z', z'' per sample step; std: of their noise; both (3, n). window: half-width, (n,)."""
+    """value: z, z', z'' per sample step; std: of their errors, what noise leaves and what the polynomials
+    miss; both (3, n). window: half-width, (n,)."""
 
     value: Array
     std: Array
@@ -41,7 +43,7 @@ def smooth(z: Array, std: float, bound: float) -> Smooth:
     n = z.size
     fit = local_fit(z, min(EXACT, n), min(EXACT, n) - 1)
     value, gain, window = fit.value.copy(), fit.gain.copy(), np.full(n, min(EXACT, n) // 2, dtype=float)
-    good, half = np.ones(n, dtype=bool), min(EXACT, n) // 2
+    good, half, missed = np.ones(n, dtype=bool), min(EXACT, n) // 2, np.zeros((3, n))
     for wider in HALF_WIDTHS if std > 0 else ():
         if 2 * wider + 1 > n:
             break
@@ -53,8 +55,17 @@ def smooth(z: Array, std: float, bound: float) -> Smooth:
         value += weight * (fit.value - last.value)
         gain += weight * (fit.gain - last.gain)
         window += weight * (wider - half)
+        missed += weight * (_missed(fit, wider, std) - missed)
         half = wider
-    return Smooth(value, gain * std, window)
+    return Smooth(value, np.hypot(gain * std, missed), window)
+
+
+def _missed(fit: LocalFit, half: int, std: float) -> Array:
+    """(3, n) rms of what the polynomials beyond the fitted ones add, where that is more than their noise."""
+    noise = (fit.doubt * std) ** 2
+    square = np.minimum(fit.beyond**2, 2 * PEAK**2 * noise) / np.maximum(noise, 1e-300)
+    pooled = np.array([_running_mean(row, POOL * half) for row in square])
+    return np.asarray(np.sqrt(np.maximum(pooled - (1 + SPREAD), 0.0) * noise))
 
 
 def _only_noise(fit: LocalFit, half: int, std: float, bound: float) -> NDArray[np.bool_]:

@@ -15,6 +15,9 @@ IMPERFECT = 0.01
 SEEN = 0.998
 """Where far more than noise is left, a further effect must be seen in the recordings as they are, and not
 only in what a filter of that rest leaves of them."""
+WORSE = 1.1
+"""A claim may leave this many times the misfit of the recordings as they are, and no more: what smooths the
+errors of a differentiated motion gains under a filter and is further from the data."""
 MOSTLY = 0.25
 """Share of the evidence that coloured noise must leave, or it may be that."""
 FAR = 2.3
@@ -39,6 +42,8 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     # with no more numbers it mends no law that is nearly right, but is another account
     imperfect = IMPERFECT * max(0.0, base.bic - old.bic) if new.parameters > old.parameters else 0.0
     if old.bic - new.bic < alarm + max(0.0, undeserved) + imperfect:
+        return False
+    if s.model.is_time_model and misfit(new) > WORSE * misfit(old):
         return False
     if old.ids and _far(new) and misfit(new) > SEEN * misfit(old):
         return False
