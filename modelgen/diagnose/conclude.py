@@ -18,6 +18,7 @@ from modelgen.diagnose.account.words import blind_note, bound_note, holdout_note
 from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled
 from modelgen.diagnose.gate.generic import Leftover
 from modelgen.diagnose.gate.unlisted import with_rivals
+from modelgen.diagnose.gate.vague import told
 from modelgen.diagnose.hypotheses.averaged import averaged, parameters
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.ranking import Standing, close, standings, weights
@@ -41,7 +42,10 @@ def conclude(
     sensitivities = port_sensitivities(setting, outcome.base)
     outcome = with_rivals(setting, outcome)
     gate = judge_adequacy(setting, outcome, sensitivities, oddity)
-    standing = standings(outcome) if not gate.unknown else ()
+    standing: tuple[Standing, ...] = ()
+    vague: tuple[str, ...] = ()
+    if not gate.unknown:
+        outcome, standing, vague = told(setting, outcome, standings(outcome))
     best = outcome.best
     if gate.unknown:
         gate = modelled(setting, outcome, gate)
@@ -72,8 +76,8 @@ def conclude(
         traces=shown,
         curve=port_curve(setting, outcome, best, sensitivities, port),
         notes=(
-            *notes, *gate.notes, *bound_note(setting, outcome.base), *blind_note(outcome), *held.notes,
-            *holdout_note(held),
+            *notes, *gate.notes, *vague, *bound_note(setting, outcome.base), *blind_note(outcome),
+            *held.notes, *holdout_note(held),
         ),
         noise=gate.noise,
         law=law,

@@ -60,7 +60,7 @@ wandering_zero = Effect(
         for part, name in (("s", "sine"), ("c", "one minus its cosine"))
     ),
     _wandering,
-    (Shape("T", "s", "duration", 1.0, 3.0, 3, text="period of the longest wave"),),
+    (Shape("T", "s", "cycles", 1.0, 3.0, 3, text="period of the longest wave"),),
     needs=("t",),
     common=0.5,
 )

@@ -47,10 +47,11 @@ class Shape:
 
     It is searched from `low` × the smallest to `high` × the largest value of `scale` in the recordings.
     Scales: "omega" (angular frequency), "time" (1/omega up to the length of the record), "duration" (length
-    of each record), "samples" (their number in each), "displacement" (half the stroke of each record),
-    "speed" (the greatest of each record), "position" (the recorded range of the displacement), "port"
-    (modulus of the port's quantity, by the base fit), "1" (plain numbers: low and high as they are), or an
-    expression in these such as "port/max(omega)**2". `points` values are tried first, evenly in the
+    of each record), "cycles" (length of those whose motion comes back a few times), "samples" (their number
+    in each), "displacement" (half the stroke of each record), "speed" (the greatest of each record),
+    "position" (the recorded range of the displacement), "port" (modulus of the port's quantity, by the base
+    fit), "1" (plain numbers: low and high as they are), or an expression in these such as
+    "port/max(omega)**2". `points` values are tried first, evenly in the
     logarithm unless `log` is False.
     """
 
@@ -94,7 +95,8 @@ class Effect:
     may share one id: laws of the same physics, none of which is a special case of another in disguise.
     `secant` marks effects whose derivative at null vanishes, or knows nothing of what they do at a finite
     strength: they are screened there. `family` is what one kind of recording can often not tell apart;
-    `common` > 1 says that practitioners meet it often.
+    `common` > 1 says that practitioners meet it often. `alike` are ids of other physics whose law is the same
+    function of the motion: no recording of this kind tells them apart.
     """
 
     id: str
@@ -109,6 +111,7 @@ class Effect:
     family: str = ""
     secant: bool = False
     common: float = 1.0
+    alike: tuple[str, ...] = ()
 
     def fits(self, model: Model) -> tuple[Port, ...]:
         """The ports of `model` that this effect can be added to: those of the first of its kinds that there

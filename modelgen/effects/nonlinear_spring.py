@@ -105,17 +105,48 @@ def _magnet(side: int) -> Effect:
     return Effect(
         "magnetic_pull",
         ("force",),
-        f"a magnet at {where} z pulls (or repels) with one over the gap squared",
+        f"a magnet at {where} z pulls with one over the gap squared",
         "J. C. Maxwell's stress B²/(2μ_0): e.g. H. H. Woodson, J. R. Melcher, Electromechanical Dynamics "
         "(1968), ch. 3",
-        (Strength(f"P_{end}", "{port}", bounds=ANY, text="pull at z = 0; negative: it repels"),),
+        (Strength(f"P_{end}", "{port}", text="pull at z = 0"),),
         add(_pull(side)),
         (Shape(f"g_{end}", "{z}", "displacement", 1.05, 10.0, 8, text="gap at z = 0"),),
         needs=("z",),
     )
 
 
+SHORTEST = 0.05
+"""The smallest stretch: the force stays finite when a search makes the sample shorter than its stroke."""
+
+
+def _stretched(side: int) -> Callable[[Port, Values], Any]:
+    """Force of an ideal rubber, K l/3 (λ − λ⁻²) with λ = 1 ± z/l, less the spring K z that a base has."""
+    end = "up" if side > 0 else "down"
+
+    def force(at: Port, p: Values) -> Any:
+        length, z = p[f"l_{end}"], side * at["z"]
+        stretch = Max(1 + z / length, SHORTEST)
+        return side * p[f"K_{end}"] * (length / 3 * (stretch - stretch**-2) - z)
+
+    return force
+
+
+def _rubber(side: int) -> Effect:
+    end, where = ("up", "positive") if side > 0 else ("down", "negative")
+    return Effect(
+        "asymmetric_stiffness",
+        ("force",),
+        f"rubber: softer the more it is stretched, stiffer when pressed; stretched at {where} z",
+        "L. R. G. Treloar, The Physics of Rubber Elasticity (1975), ch. 4: f = G A (λ − 1/λ²)",
+        (Strength(f"K_{end}", "{port}/{z}", text="stiffness of the rubber, unstretched"),),
+        add(_stretched(side)),
+        (Shape(f"l_{end}", "{z}", "displacement", 1.05, 10.0, 8, text="length of the sample"),),
+        needs=("z",),
+        alike=("magnetic_pull",),  # of a magnet that repels
+    )
+
+
 EFFECTS = (
-    cubic_stiffness, quintic_stiffness, asymmetric_stiffness, _exponential(1), _exponential(-1),
-    bilinear_stiffness, _magnet(1), _magnet(-1),
+    cubic_stiffness, quintic_stiffness, asymmetric_stiffness, _exponential(1), _exponential(-1), _rubber(1),
+    _rubber(-1), bilinear_stiffness, _magnet(1), _magnet(-1),
 )  # fmt: skip

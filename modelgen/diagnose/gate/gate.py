@@ -160,10 +160,9 @@ def _better_named(
         return False
     whole = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
     terms = described(setting, outcome, whole)
-    if terms is None:
-        return False
+    modelled = 0.0 if terms is None else outcome.base.bic - terms.bic
     gained = outcome.base.bic - outcome.best.bic
-    return gained > max(whole.gain, outcome.base.bic - terms.bic) - CLOSE and explained > SOME
+    return gained > max(whole.gain, modelled) - CLOSE and explained > SOME
 
 
 def _imitated(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array]) -> Leftover | None:

@@ -54,9 +54,8 @@ def saturation(
             if end is None or len(end) > STILL * s.n:
                 continue
             level = float(np.median(s.data[0][end]))
-            says = (
-                says
-                or f"the record does not go beyond {level:.4g} {s.unit}: its sensor or amplifier saturates"
+            says = says or (
+                f"the record ends at {level:.4g} {s.unit}: its sensor saturates or the part lifts off"
             )
             gain += float(np.sum(e[0][end] ** 2))
             more[k][end] = True

@@ -69,7 +69,8 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
             other = next(b for b in f.hypothesis.added if b.key not in rest)
             by_id[other.id] = by_id.get(other.id, 0.0) + float(x)
             if close(outcome, f):
-                tied[other.id] = min(tied.get(other.id, np.inf), f.bic)
+                for i in (other.id, *other.effect.alike):
+                    tied[i] = min(tied.get(i, np.inf), f.bic)
         for i, f in others.get(a.key, ()):
             tied[i] = min(tied.get(i, np.inf), best.bic + _price(f, best))
         equivalents = tuple(sorted((i for i in tied if i != a.id), key=lambda i: tied[i]))

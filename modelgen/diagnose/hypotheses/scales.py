@@ -9,6 +9,9 @@ import numpy as np
 from modelgen.fit.series import Array, Series
 from modelgen.language import Model, Port
 
+CYCLES = 4
+"""Times that a motion goes and comes back before what wanders with time is told from what follows it."""
+
 
 def record_scales(model: Model, series: Sequence[Series]) -> dict[str, Array]:
     """Scales of `effects.Shape` that depend on the recordings alone (arrays over samples or recordings)."""
@@ -23,7 +26,7 @@ def record_scales(model: Model, series: Sequence[Series]) -> dict[str, Array]:
     time = [s.inputs[model.axis] for s in series]
     duration = np.array([t[-1] - t[0] for t in time])
     step = np.array([float(np.median(np.diff(t))) for t in time])
-    scales: dict[str, Array] = {"duration": duration}
+    scales: dict[str, Array] = {"duration": duration, "cycles": duration}
     moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
     rate = next((i.name for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
     fastest = 0.3 / step.min()
@@ -31,6 +34,9 @@ def record_scales(model: Model, series: Sequence[Series]) -> dict[str, Array]:
         z = [s.inputs[moved] for s in series]
         v = [s.inputs[rate] for s in series]
         stroke = np.array([max(float(np.ptp(x)) / 2, 1e-300) for x in z])
+        path = np.array([float(np.trapezoid(np.abs(x), t)) for x, t in zip(v, time, strict=True)])
+        often = path > 4 * CYCLES * stroke
+        scales["cycles"] = duration[often]
         scales["displacement"] = stroke
         scales["position"] = np.array([min(x.min() for x in z), max(x.max() for x in z)])
         scales["speed"] = np.array([max(float(np.quantile(np.abs(x), 0.995)), 1e-300) for x in v])
@@ -38,7 +44,7 @@ def record_scales(model: Model, series: Sequence[Series]) -> dict[str, Array]:
     slowest = float(2 * np.pi / duration.max())
     scales["omega"] = np.array([slowest, max(fastest, 3 * slowest)])
     scales["time"] = np.array([1 / scales["omega"][1], duration.max()])
-    return scales
+    return {n: x for n, x in scales.items() if x.size}
 
 
 def port_scale(port: Port, values: Sequence[dict[str, Array]]) -> Array:

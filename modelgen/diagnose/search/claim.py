@@ -36,8 +36,8 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     alarm = ALARM * (len(new.ids) - len(old.ids))
     if not s.model.is_time_model and any(w.ar is not None for w in judge.whiteners):
         alarm *= 2  # a sweep is too short to tell a colour well
-    if judge.temper > 1.0:
-        return old.bic - new.bic > alarm and new.chi2 < WORTH * old.chi2
+    if judge.temper > 1.0:  # that something is missing is beyond doubt: the first effect is the best account
+        return old.bic - new.bic > (alarm if old.ids else 0.0) and new.chi2 < WORTH * old.chi2
     undeserved = judge.excess.get(new.hypothesis.key, 0.0) - judge.excess.get(old.hypothesis.key, 0.0)
     # with no more numbers it mends no law that is nearly right, but is another account
     imperfect = IMPERFECT * max(0.0, base.bic - old.bic) if new.parameters > old.parameters else 0.0

@@ -1,0 +1,118 @@
+"""Recordings that no model of ours accounts for: what is claimed of them, and what is not."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from modelgen.api import read_case
+from modelgen.diagnose import diagnose
+from modelgen.diagnose.gate.vague import FAMILIES, told
+from modelgen.diagnose.hypotheses.hypothesis import additions
+from modelgen.diagnose.hypotheses.ranking import Standing, standings
+from modelgen.diagnose.hypotheses.refit import misfit
+from modelgen.diagnose.hypotheses.scales import record_scales
+from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
+from modelgen.diagnose.search import search as searching
+from modelgen.diagnose.search.claim import gains
+from modelgen.effects import CATALOGUE
+from modelgen.fit.series import make_series
+from modelgen.models import load
+from modelgen.recordings import Case
+
+
+def case_of(folder: Path, z: np.ndarray, force: np.ndarray, step: float, name: str = "r") -> Case:
+    """A case of one record at even `step` [s]."""
+    rows = np.column_stack([step * np.arange(len(z)), z, force])
+    np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header="t [s],z [mm],F_m [N]", comments="")
+    (folder / "case.toml").write_text(
+        f'model = "modified_dahl"\n[[recording]]\nfile = "{name}.csv"\nrole = "fit"\n'
+    )
+    return read_case(folder / "case.toml")
+
+
+def swings(cycles: float, count: int = 1500) -> np.ndarray:
+    """(count,) displacements [mm], stretched from 0 to 6 and back."""
+    return 3 * (1 - np.cos(2 * np.pi * cycles * np.arange(count) / count))
+
+
+def test_a_rubber_is_known_by_its_stretch(tmp_path: Path) -> None:
+    """f = G A (λ − 1/λ²), λ = 1 + z/l (Treloar): as a magnet that repels would have it, and told so."""
+    rng = np.random.default_rng(2)
+    z, step = swings(6), 0.02
+    stretch = 1 + z / 8.0
+    force = 2.0 * (stretch - stretch**-2) + 0.01 * np.gradient(z, step) + 2e-3 * rng.standard_normal(len(z))
+    first = diagnose(case_of(tmp_path, z, force, step), load("modified_dahl")).effects[0]
+    assert first.id == "asymmetric_stiffness" and "magnetic_pull" in first.equivalents
+
+
+@pytest.mark.parametrize(("cycles", "offered"), [(1, False), (8, True)])
+def test_what_wanders_with_time_needs_a_motion_that_returns(
+    tmp_path: Path, cycles: float, offered: bool
+) -> None:
+    """Waves in time describe any single loop, whatever its physics."""
+    z = swings(cycles)
+    case, model = case_of(tmp_path, z, z, 0.02), load("modified_dahl")
+    scales = record_scales(model, [make_series(model, case, r) for r in case.fit])
+    sizes = {p.equation: np.ones(1) for p in model.ports}
+    found = [a.effect.says for a in additions(model, CATALOGUE, scales, sizes)]
+    assert any("zero point of the force wanders" in s for s in found) == offered
+    assert any("zero point of the force drifts" in s for s in found)
+
+
+@pytest.fixture(scope="module")
+def two_effects(tmp_path_factory: pytest.TempPathFactory) -> tuple[Setting, Outcome]:
+    """A search that has found hardening and drag in the square of speed."""
+    seen: list[tuple[Setting, Outcome]] = []
+
+    def kept(s, base, judge, progress=None):  # type: ignore[no-untyped-def]
+        seen.append((s, searching.search(s, base, judge, progress)))
+        return seen[-1][1]
+
+    rng = np.random.default_rng(3)
+    z, step = 3 * np.sin(np.arange(2500) ** 1.1 / 40), 0.02
+    v = np.gradient(z, step)
+    force = z + 0.02 * v + 0.05 * z**3 + 0.002 * v * abs(v) + 5e-3 * rng.standard_normal(len(z))
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("modelgen.diagnose.diagnosis.search", kept)
+        diagnose(case_of(tmp_path_factory.mktemp("two"), z, force, step), load("modified_dahl"), out=None)
+    return seen[-1]
+
+
+def test_a_further_effect_that_may_be_almost_anything_is_not_claimed(
+    two_effects: tuple[Setting, Outcome],
+) -> None:
+    setting, outcome = two_effects
+    assert set(outcome.best.ids) == {"cubic_stiffness", "quadratic_damping"}
+    first, second = standings(outcome)
+
+    def among(*ids: str) -> tuple[Outcome, tuple[Standing, ...], tuple[str, ...]]:
+        return told(setting, outcome, (first, replace(second, equivalents=ids)))
+
+    few = ("structural_damping", "maxwell_branch", "power_law_viscoelasticity", "backlash")
+    same, both, none = among(*few)  # viscoelastic, play and drag: three families
+    assert same is outcome and len(both) == 2 and not none
+    many = (*few, "inertia", "sensor_delay", "cubic_stiffness")
+    assert len(many) > FAMILIES
+    less, one, notes = among(*many)
+    assert less.best.ids == (first.addition.id,) and one == (first,)
+    share = 1 - misfit(outcome.best) / misfit(less.best)
+    assert len(notes) == 1 and f"{share:.0%}" in notes[0] and "inertia" in notes[0]
+
+
+def test_far_from_the_data_the_best_account_needs_no_more_than_evidence(
+    two_effects: tuple[Setting, Outcome],
+) -> None:
+    """That something is missing is beyond doubt where a rest far above noise is long correlated: a first
+    effect is the likeliest, a second one has to earn its place."""
+    setting, outcome = two_effects
+    single = min((f for f in outcome.tried if len(f.ids) == 1), key=lambda f: f.bic)
+    for temper in np.geomspace(10, 2000, 60):
+        judge = replace(outcome.judge, temper=float(temper))
+        base, one, two = (judge.look(f.hypothesis, f.theta) for f in (outcome.base, single, outcome.best))
+        if 0 < base.bic - one.bic < ALARM:
+            assert gains(setting, judge, base, base, one)
+            assert one.bic - two.bic > ALARM or not gains(setting, judge, base, one, two)
+            return
+    raise AssertionError("no correlation length leaves evidence in doubt")
