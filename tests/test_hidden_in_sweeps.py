@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import modelgen as mg
 from modelgen.api import read_case
 from modelgen.diagnose import diagnose
 from modelgen.models import load
@@ -54,3 +56,20 @@ def test_it_is_found_all_the_same(
     v = diagnose(case, load(case.model))
     assert {e.id for e in v.effects} == named
     assert v.after.holdout_over_noise < 1.3
+
+
+def test_a_lag_is_found_in_a_stiffness_without_its_angle(tmp_path: Path) -> None:
+    """Its first order vanishes there: |1/(1 + jωτ)| falls with the square of τ."""
+    f, rng = np.geomspace(0.5, 100, 60), np.random.default_rng(4)
+    x = 2 * np.pi * f * 6e-4
+    text = 'model = "complex_stiffness"\n[noise]\nk_s = 1e-3\n'
+    model = mg.build(load("complex_stiffness"))
+    for k, A in enumerate((0.5, 0.2)):
+        K = model(f=f, k_D=1.0, c_D=2e-4, h_D=0.05, rho=8.0, A_z=A)[0] / np.sqrt(1 + x**2)
+        table = np.column_stack([f, K + 1e-3 * rng.standard_normal(len(f))])
+        np.savetxt(tmp_path / f"r{k}.csv", table, delimiter=",", header="f [Hz],k_s [N/mm]", comments="")
+        text += f'[[recording]]\nfile = "r{k}.csv"\nconstants = {{ A_z = {A} }}\n'
+    (tmp_path / "case.toml").write_text(text)
+    case = read_case(tmp_path / "case.toml")
+    v = diagnose(case, load(case.model))
+    assert "force_sensor_lag" in {v.effects[0].id, *v.effects[0].equivalents}

@@ -204,9 +204,10 @@ lag_in_a_cycle = Effect(
     ("shown_cycle",),
     LAG,
     FILTER + "; all of the force as its fundamental",
-    (Strength("tau", "s", text="time constant"),),
+    (Strength("tau", "s", text="time constant", scale="1/max(omega)", low=0.1, high=3.0),),
     _late(lambda x: 1 / (1 + j * x)),
     needs=("omega",),
+    secant=True,  # stiffness alone, without the angle, shows it but by its square
 )
 
 EFFECTS = (
