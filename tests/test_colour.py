@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from modelgen.fit.colour import factor, smeared
+from modelgen.fit.colour import factor, smeared, through
 
 
 @pytest.mark.parametrize(("a", "variance"), [((1.0, -0.9, 0.1), 0.3), ((1.0, -0.5), 1.0)])
@@ -22,7 +22,7 @@ def test_the_factor_is_that_of_the_dense_covariance(a: tuple[float, ...], varian
     covariance = variance * toeplitz(lags) + smear @ smear.T
     filtered = toeplitz(np.r_[a, np.zeros(n - order - 1)], np.r_[1.0, np.zeros(n - 1)])
     wanted = filtered @ covariance @ filtered.T
-    band = factor(np.array(a), variance, np.zeros(n), rows)
+    band = factor(np.array(a), variance, np.zeros(n), through(np.array(a), rows))
     lower = np.zeros((n, n))
     for k in range(len(band)):
         lower += np.diag(band[k, : n - k], -k)

@@ -7,9 +7,11 @@ import os
 import signal
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from modelgen.cli.console import check_output, console, table
@@ -126,7 +128,7 @@ def _work(wish: Wish, tasks: Sequence[Task | Own], room: Room, to: Console) -> i
     done_of = sum(t.index in ready for t in tasks)
     try:
         if tasks and wish.real is not None:
-            _measure(wish.real, room, wish.limit, to)
+            _measure(wish.real, room, wish.jobs, wish.limit, to)
         with _progress(to, len(tasks), done_of) as (sealed, done):
             run(tasks, room, wish.jobs, wish.limit, sealed, done)
     except KeyboardInterrupt:
@@ -242,22 +244,33 @@ def _show(rows: Sequence[Row], to: Console, room: Room) -> None:
     to.print(f"trials are in {room.folder}/{TRIALS}, missed cases in {room.folder}/{CASES}", soft_wrap=True)
 
 
-def _measure(data: Path, room: Room, limit: float, to: Console) -> None:
-    """Diagnose the measured recordings, one after another, but those that are done."""
+def _measure(data: Path, room: Room, jobs: int, limit: float, to: Console) -> None:
+    """Diagnose the measured recordings, `jobs` at a time, but those that are done."""
     from modelgen.prove import real
     from modelgen.prove.diagnoser import Diagnoser
 
     there, missing = real.folders(data)
     done = room.measured()
-    with Diagnoser(limit) as diagnoser:
-        for folder in there:
-            if folder.name in done:
-                continue
-            row = real.diagnose_real(folder, diagnoser)
+    todo = [folder for folder in there if folder.name not in done]
+    with ExitStack() as stack:
+        free: SimpleQueue[Diagnoser] = SimpleQueue()
+        for _ in range(min(jobs, len(todo))):
+            free.put(stack.enter_context(Diagnoser(limit)))
+
+        def diagnosed(folder: Path) -> Row:
+            diagnoser = free.get()
+            try:
+                return real.diagnose_real(folder, diagnoser)
+            finally:
+                free.put(diagnoser)
+
+        pool = ThreadPoolExecutor(jobs)
+        stack.callback(lambda: pool.shutdown(wait=False, cancel_futures=True))
+        for row in pool.map(diagnosed, todo):
             room.add(MEASURED, jsons.dumps(row, ensure_ascii=False))
             ids = " + ".join(e["id"] for e in row["effects"]) or row["error"] or "nothing missing"
             to.print(
-                f"measured  {folder.name}: {ids}   ({row['seconds']:.1f} s)", highlight=False, soft_wrap=True
+                f"measured  {row['name']}: {ids}   ({row['seconds']:.1f} s)", highlight=False, soft_wrap=True
             )
     if missing:
         to.print(f"skipped, not in {data}: {', '.join(missing)}", soft_wrap=True)

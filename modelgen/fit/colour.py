@@ -103,25 +103,23 @@ def _coloured(w: Whitener, white: Array, most: int) -> Whitener:
     if w.smear is not None and np.mean(share[used] < 0.95) > 0.01:
         undo = np.where(used, share, 1.0)
         own = autoregression(white / undo, most, share)
-        more = smeared(1 / undo**2 - 1, w.smear)
-        for level in LEVELS:
-            for a in [np.ones(1), own][: 2 if len(own) > 1 else 1]:
-                early = replace(plain, undo=undo)
-                tried.append(
-                    (_banded(early, white / undo, a, share, used, np.sqrt(level) * more), len(a) - 1)
-                )
+        rows, early = smeared(1 / undo**2 - 1, w.smear), replace(plain, undo=undo)
+        for a in [np.ones(1), own][: 2 if len(own) > 1 else 1]:
+            more = through(a, rows)
+            for level in LEVELS:
+                tried.append((_banded(early, white / undo, a, share, used, level * more), len(a) - 1))
     n = int(used.sum()) * len(white)
     price = [n * np.log(np.sum(v.colour(white) ** 2)) + p * np.log(n) for v, p in tried]
     return tried[int(np.argmin(price))][0]
 
 
-def _banded(w: Whitener, x: Array, a: Array, clean: Array, used: Array, rows: Array | None) -> Whitener:
-    """`w` with the filter a and the factor of what it leaves; `rows`: further noise, as `smeared` gives
+def _banded(w: Whitener, x: Array, a: Array, clean: Array, used: Array, more: Array | None) -> Whitener:
+    """`w` with the filter a and the factor of what it leaves; `more`: of further noise, as `through` gives
     it."""
     row = _rows(clean, len(a) - 1)
     innovations = filtered(a, x)[:, len(a) - 1 :]
     s2 = float(np.mean(np.sum(row * innovations**2, axis=1)) / max(np.sum(row), 1e-9)) or 1.0
-    L = factor(a, s2, np.where(used, 0.0, UNBELIEVED), rows)
+    L = factor(a, s2, np.where(used, 0.0, UNBELIEVED), more)
     level = -np.log(w.undo[used]) if w.undo is not None else np.zeros(1)
     L *= np.exp(np.mean(level) - np.mean(np.log(L[0, used])))
     return replace(w, ar=a, band=L)
@@ -129,7 +127,9 @@ def _banded(w: Whitener, x: Array, a: Array, clean: Array, used: Array, rows: Ar
 
 def beside(w: Whitener, rows: Array) -> Whitener:
     """`w` with noise of covariance R Rᵀ (`rows` as `smeared` gives them) beside its own, which is 1."""
-    return replace(w, ar=np.ones(1), band=factor(np.ones(1), 1.0, np.zeros(len(rows)), rows))
+    return replace(
+        w, ar=np.ones(1), band=factor(np.ones(1), 1.0, np.zeros(len(rows)), through(np.ones(1), rows))
+    )
 
 
 def smeared(variance: Array, width: Array) -> Array:
@@ -161,22 +161,28 @@ def _autocovariance(a: Array) -> Array:
     return np.asarray(np.linalg.solve(equations, np.eye(1, p + 1)[0]))
 
 
-def factor(a: Array, s2: float, more: Array, rows: Array | None = None) -> Array:
-    """Lower banded Cholesky factor of s² + A (D + R Rᵀ) Aᵀ, the first samples stationary; D = `more` (n,),
-    R by
-    its `rows` (n, 2 m + 1)."""
+def through(a: Array, rows: Array) -> Array:
+    """(width, n) of A R Rᵀ Aᵀ, its diagonal and those below: what the filter makes of noise with these
+    `rows` of R, (n, 2 m + 1)."""
+    p, n = len(a) - 1, len(rows)
+    width = p + rows.shape[1]
+    turned = np.zeros((n, width))  # A R, row i from column i − p − m on
+    for j in range(p + 1):
+        turned[j:, p - j : width - j] += a[j] * rows[: n - j]
+    band = np.zeros((min(width, n), n))
+    for k in range(len(band)):
+        band[k, : n - k] = np.einsum("ij,ij->i", turned[: n - k, k:], turned[k:, : width - k])
+    return band
+
+
+def factor(a: Array, s2: float, more: Array, further: Array | None = None) -> Array:
+    """Lower banded Cholesky factor of s² + A D Aᵀ + `further`, the first samples stationary; D = `more`
+    (n,); further: as `through` gives it."""
     from scipy.linalg import cholesky_banded, toeplitz
 
     p, n = len(a) - 1, len(more)
-    width = p + (rows.shape[1] if rows is not None else 1)
-    turned = np.zeros((n, width))  # A R, row i from column i − p − m on
-    for j in range(p + 1):
-        if rows is not None:
-            turned[j:, p - j : width - j] += a[j] * rows[: n - j]
-    band = np.zeros((min(width, n), n))
-    for k in range(len(band)):
-        if rows is not None:
-            band[k, : n - k] = np.einsum("ij,ij->i", turned[: n - k, k:], turned[k:, : width - k])
+    band = np.zeros((min(p + 1, n), n)) if further is None else further.copy()
+    for k in range(min(p + 1, n)):
         for j in range(k, p + 1):
             first = max(0, j - k)
             band[k, first : n - k] += a[j] * a[j - k] * more[first + k - j : n - j]
