@@ -48,6 +48,8 @@ class Prepared:
 
     def values(self, theta: Sequence[float] | Array, measure: str) -> Array:
         """Channels of `measure`, shape (channels, n)."""
+        if f"values_{measure}" not in self.code.addresses:
+            return self.jacobian(theta, measure)[0]
         p, out = self._with(theta), aligned(self.code.channels(measure), self.stride, fill=None)
         self.code.call(f"values_{measure}", self.n, self.stride, self._work, p, out)
         return out[:, : self.n]

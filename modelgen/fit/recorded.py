@@ -50,8 +50,9 @@ class Recorded:
         )
 
     def _kernel(self, kind: str) -> int | None:
-        """The address of one of the model's kernels."""
-        return ctypes.cast(self.prepared.code.addresses[f"{kind}_{self.measure}"], ctypes.c_void_p).value
+        """The address of one of the model's kernels, if it has it."""
+        found = self.prepared.code.addresses.get(f"{kind}_{self.measure}")
+        return found and ctypes.cast(found, ctypes.c_void_p).value
 
     @cached_property
     def _arrays(self) -> Mapping[str, Array]:

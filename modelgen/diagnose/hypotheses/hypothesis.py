@@ -193,8 +193,8 @@ def make_hypotheses(
         if len(layout.names) <= count:
             made.append((added, extended, layout))
     measures = sorted({s.measure for s in series})
-    swarmed = ("sumsq", "normal") if sets == [()] else ()  # a base is searched for from afar
-    kernels = ("values", "jacobian", *swarmed)
+    # a base is searched for from afar; elsewhere the compiler's time is dear
+    kernels = ("values", "jacobian", "sumsq", "normal") if sets == [()] else ("jacobian",)
     functions = build_many([(m, layout.wrt) for _, m, layout in made], kernels, measures)
     constants = dict(case.constants)
     return [
