@@ -8,6 +8,7 @@ import pytest
 
 from modelgen.api import read_case
 from modelgen.diagnose import Verdict, diagnose
+from modelgen.diagnose.diagnosis import prepare
 from modelgen.diagnose.noise.noise import first_order
 from modelgen.fit.scatter import rounding
 from modelgen.models import load
@@ -25,10 +26,17 @@ def pink(rng: np.random.Generator, n: int) -> np.ndarray:
 
 
 def judged(
-    tmp_path: Path, noise: str, stated: float | None, seed: int, n: int, off: float = 0.0, more: str = ""
+    tmp_path: Path,
+    noise: str,
+    stated: float | None,
+    seed: int,
+    n: int,
+    off: float = 0.0,
+    more: str = "",
+    floor: float = 0.0,
 ) -> Verdict:
     """Two sweeps with known masses and 0.1 % noise; `off` adds to the held-out third's mass, unstated;
-    `more` goes into the case."""
+    `more` goes into the case; `floor` [ohm] of the instrument."""
     rng = np.random.default_rng(seed)
     f = np.geomspace(20, 2000, n)
     w = 2 * np.pi * f
@@ -40,8 +48,8 @@ def judged(
     for k, m in enumerate((0.008, 0.013, 0.01)):
         there = m + (off if k == 2 else 0.0)
         Z = R_E + 1j * w * L_E + BL**2 / (R_M + 1j * w * there + K_M / (1j * w))
-        e = [pink(rng, n) if noise == "pink" else rng.standard_normal(n) for _ in range(2)]
-        Z = Z * (1 + 1e-3 * (e[0] + 1j * e[1]))
+        e = [pink(rng, n) if noise == "pink" else rng.standard_normal(n) for _ in range(4)]
+        Z = Z * (1 + 1e-3 * (e[0] + 1j * e[1])) + floor * (e[2] + 1j * e[3])
         rows = "\n".join(f"{a:.9g},{b:.9g},{c:.9g}" for a, b, c in zip(f, Z.real, Z.imag, strict=True))
         (tmp_path / f"r{k}.csv").write_text(f"f [Hz],Re Z [ohm],Im Z [ohm]\n{rows}\n")
         role = "holdout" if k == 2 else "fit"
@@ -63,6 +71,18 @@ def test_a_stated_noise_that_is_wrong_by_far_is_no_physics_and_is_told(tmp_path:
 def test_peaks_of_coloured_noise_are_no_resonances(tmp_path: Path, seed: int) -> None:
     v = judged(tmp_path, "pink", None, seed, 401)
     assert v.adequate, v.summary
+
+
+@pytest.mark.parametrize("stated", [None, 1e-3])
+def test_the_floor_of_an_instrument_is_noise(tmp_path: Path, stated: float | None) -> None:
+    v = judged(tmp_path, "white", stated, 2, 401, floor=0.1)
+    assert v.adequate, v.summary
+    assert v.after.holdout_over_noise == pytest.approx(1.0, abs=0.08)
+    case = read_case(tmp_path / "case.toml")
+    for s in prepare(load(case.model), case, 0).series:
+        floor, relative = s.spread
+        assert floor == pytest.approx(0.1, rel=0.15)
+        assert relative < 2e-3
 
 
 def test_a_hold_out_that_is_missed_is_told(tmp_path: Path) -> None:

@@ -14,9 +14,10 @@ from modelgen.diagnose.gate.generic import Leftover
 from modelgen.diagnose.gate.mirrored import mirrored
 from modelgen.diagnose.gate.oddities import hum, mains, saturation
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, additions, make_hypotheses
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
 from modelgen.diagnose.hypotheses.scales import port_scale, record_scales
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
+from modelgen.diagnose.noise.floor import two_parts
 from modelgen.diagnose.noise.noise import masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.diagnose.noise.thin import thin
@@ -96,14 +97,19 @@ def _check_kinds(effects: Sequence[Effect], model: Model, known: set[str]) -> No
 
 
 def prepare(model: Model, case: Case, seed: int) -> Ground:
-    """Fit the base, take out outliers, set noise levels that were not stated from neighbours' scatter, fit
-    again."""
+    """Fit the base, find out how the noise goes with what is measured, take out outliers, set noise levels
+    that were not stated from neighbours' scatter, fit again."""
     series = tuple(make_series(model, case, r) for r in case.fit)
     base = make_hypotheses(model, case, series, [()])
     if not base:
         experiment(model, case, series).problem()  # says in one line what is wrong
     judge = white_judge(series)
     fit, others = _fit_base(base[0], judge, seed)
+    spread = two_parts(series, plain_white(fit))
+    if any(a is not b for a, b in zip(series, spread, strict=True)):
+        series, base = spread, make_hypotheses(model, case, spread, [()])
+        judge = white_judge(series)
+        fit, others = _fit_base(base[0], judge, seed)
     marks = tuple(outliers_of(fit.hypothesis.experiment, fit.theta, k) for k in range(len(series)))
     oddity, marks = _oddity(model, series, fit.white, marks)
     series = masked(_levelled(_referred(series, fit), fit), marks)
@@ -205,6 +211,9 @@ def _boxed(p: Problem, reach: float) -> Problem:
 
 NEAR = 0.1
 """Relative distance from the recording at which the base says better what noise is relative to."""
+WITHIN = 4.0
+"""And the same in standard deviations, where some of the noise is absolute: a frame that holds the noise
+itself would be alike to it."""
 
 
 def _referred(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
@@ -217,7 +226,8 @@ def _referred(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
         e = fit.hypothesis.experiment.raw(fit.theta, k)
         base = s.data + e
         base = base[0] + 1j * base[1] if s.measure == "complex" else base[0]
-        near = np.abs(base - s.reference) < NEAR * np.abs(s.reference)
+        noise = WITHIN * np.hypot(s.spread[0], s.spread[1] * s.size)
+        near = np.abs(base - s.reference) < np.maximum(NEAR * s.size, noise if s.spread[0] else 0.0)
         found.append(s.referred(np.where(near, base, s.reference)))
     return tuple(found)
 
@@ -235,7 +245,9 @@ def _levelled(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
         if s.measure == "real" and (not over_time or all(map(stands, s.data))):
             own = [rounding(y) * float(np.median(w)) for y, w in zip(s.data, s.whitener.weight, strict=True)]
             scatter = max(scatter, float(np.median(own)))
-        levelled.append(replace(s, whitener=s.whitener.scaled(max(scatter, 1e-6))))
+        level = max(scatter, 1e-6)
+        spread = (s.spread[0] * level, s.spread[1] * level)
+        levelled.append(replace(s, whitener=s.whitener.scaled(level), spread=spread))
     return tuple(levelled)
 
 

@@ -120,6 +120,14 @@ class Series:
         whitener = replace(self.whitener, weight=_weight_of(reference, self.spread, self.measure))
         return replace(self, reference=reference, whitener=whitener)
 
+    def spread_by(self, spread: tuple[float, float]) -> Series:
+        """An impedance with another absolute and relative noise."""
+        weight = _weight_of(self.reference, spread, self.measure)
+        root = self.whitener.root
+        if root is not None:
+            root = root.weighed(np.abs(weight) / np.abs(self.whitener.weight))
+        return replace(self, spread=spread, whitener=replace(self.whitener, weight=weight, root=root))
+
 
 def signature_of(model: Model) -> Signature:
     """What a recording of `model` holds. Raises InputError for a model without inputs: there is none."""

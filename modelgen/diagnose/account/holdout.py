@@ -61,7 +61,9 @@ def look_at_holdout(setting: Setting, base: Fit, best: Fit, scale: float) -> Hel
 
 
 def _levelled_like(fit: Series, s: Series) -> Series:
-    """Where its noise is not stated, a held-out recording has that of the fit recordings."""
+    """A held-out recording with the noise of the fit recordings, where that is not (all) stated."""
+    if s.measure == fit.measure == "complex":
+        return s.spread_by(fit.spread)
     if s.stated or s.measure != fit.measure:
         return s
     return replace(s, whitener=s.whitener.scaled(_weight(s) / _weight(fit)))

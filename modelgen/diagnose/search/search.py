@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from modelgen.diagnose.hypotheses.evidence import levels
-from modelgen.diagnose.hypotheses.hypothesis import Addition, make_hypotheses
+from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Progress, Setting
 from modelgen.diagnose.noise.recolour import judged_anew, recolour, recolour_pairs
@@ -72,7 +72,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
         tried |= {f.hypothesis.key: f for f in laws}
         best = min([best, *(f for f in laws if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
     best, less = _pruned(s, judge, base, best, list(tried.values()))
-    return _concluded(s, judge, base, best, tuple(better_of(list(tried.values()), less)), blind)
+    return _concluded(s, judge, base, best, better_of(list(tried.values()), less), blind, singles)
 
 
 def _pruned(s: Setting, judge: Judge, base: Fit, best: Fit, tried: Sequence[Fit]) -> tuple[Fit, list[Fit]]:
@@ -137,11 +137,18 @@ def _together(
 
 
 def _concluded(
-    s: Setting, judge: Judge, base: Fit, best: Fit, tried: tuple[Fit, ...], blind: tuple[Addition, ...]
+    s: Setting,
+    judge: Judge,
+    base: Fit,
+    best: Fit,
+    tried: list[Fit],
+    blind: tuple[Addition, ...],
+    singles: Sequence[Hypothesis],
 ) -> Outcome:
     """All under the judge at the end, which counts a smooth error as noise if the best hypothesis leaves one.
 
-    Not before: what a second effect does to sweeps is smooth, too.
+    Not before: what a second effect does to sweeps is smooth, too. Then single effects are screened again,
+    as their optima may lie elsewhere.
     """
     smooth = None if s.model.is_time_model or judge.temper > 1.0 else smooth_error(judge, best)[2]
     if smooth is None:
@@ -153,6 +160,7 @@ def _concluded(
         judge, whiteners=with_smooth(plain, lnf, smooth, quietness(s.series, plain)), smooth=smooth
     )
     judge, base, fits = judged_anew(s, smoothed, base, tried)
+    fits = better_of(fits, screened(s, base, judge, singles)[1])
     chosen = base
     for size in range(1, len(best.ids) + 1):
         first = min((f for f in fits if len(f.ids) == size), key=lambda f: f.bic)
