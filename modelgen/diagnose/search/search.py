@@ -160,7 +160,8 @@ def _concluded(
         judge, whiteners=with_smooth(plain, lnf, smooth, quietness(s.series, plain)), smooth=smooth
     )
     judge, base, fits = judged_anew(s, smoothed, base, tried)
-    fits = better_of(fits, screened(s, base, judge, singles)[1])
+    if best.ids:
+        fits = better_of(fits, screened(s, base, judge, singles)[1])
     chosen = base
     for size in range(1, len(best.ids) + 1):
         first = min((f for f in fits if len(f.ids) == size), key=lambda f: f.bic)
