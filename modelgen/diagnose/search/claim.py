@@ -43,7 +43,7 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     imperfect = IMPERFECT * max(0.0, base.bic - old.bic) if new.parameters > old.parameters else 0.0
     if old.bic - new.bic < alarm + max(0.0, undeserved) + imperfect:
         return False
-    if s.model.is_time_model and misfit(new) > WORSE * misfit(old):
+    if worse(s, base, new) or worse(s, old, new):
         return False
     if old.ids and _far(new) and misfit(new) > SEEN * misfit(old):
         return False
@@ -53,6 +53,11 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
         return own > (3 * alarm if slow else alarm)
     # a second effect in sweeps is smooth, as coloured noise is: where it may be mostly that, more is asked
     return own > (2 * alarm if own < MOSTLY * (old.bic - new.bic) else 0.0)
+
+
+def worse(s: Setting, old: Fit, new: Fit) -> bool:
+    """Whether `new` is further from recordings over time, as they are, than `old`."""
+    return s.model.is_time_model and misfit(new) > WORSE * misfit(old)
 
 
 def own_gain(s: Setting, judge: Judge, old: Fit, new: Fit) -> float:

@@ -14,7 +14,7 @@ from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Progress, Setti
 from modelgen.diagnose.noise.recolour import judged_anew, recolour, recolour_pairs
 from modelgen.diagnose.noise.replica import motion_matters, replicas, undeserved
 from modelgen.diagnose.noise.smooth_error import quietness, smooth_error, with_smooth
-from modelgen.diagnose.search.claim import gains, hidden, own_gain
+from modelgen.diagnose.search.claim import gains, hidden, own_gain, worse
 from modelgen.diagnose.search.grow import grow
 from modelgen.diagnose.search.joint import joint
 from modelgen.diagnose.search.screen import Score
@@ -72,6 +72,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
         tried |= {f.hypothesis.key: f for f in laws}
         best = min([best, *(f for f in laws if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
     best, less = _pruned(s, judge, base, best, list(tried.values()))
+    best = base if worse(s, base, best) else best  # under the last colour
     return _concluded(s, judge, base, best, better_of(list(tried.values()), less), blind, singles)
 
 
