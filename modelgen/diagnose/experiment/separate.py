@@ -6,7 +6,6 @@ what is there already. A plan is worth the probability that only the truth would
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -28,8 +27,8 @@ FAIR = 0.05
 """Worth below which no plan is proposed."""
 BETTER = 0.05
 """Worth that a dearer plan must have more."""
-LEAST = 3
-"""Plans that are looked at closely, whatever time it takes."""
+CLOSELY = 4
+"""Plans that are looked at closely: a count, not a time, so that all machines propose the same."""
 LIKELY = 0.5
 """Chance from which a hypothesis, were it true, is said to be told from the others."""
 CLEAR = 6.0
@@ -56,7 +55,6 @@ def separate(
     best: Fit,
     rivals: Sequence[Fit],
     near: Sequence[Fit] = (),
-    seconds: float = 2.0,
 ) -> str | None:
     """One sentence: which recording would separate `best` from its `rivals` best, and by how much χ².
 
@@ -67,7 +65,7 @@ def separate(
     rivals = list(rivals)[:MOST]
     if not rivals:
         return None
-    found = propose(setting, outcome.judge, best, rivals, time.thread_time() + seconds, near)
+    found = propose(setting, outcome.judge, best, rivals, near)
     ours, theirs = _names(best, rivals)
     if found is None:
         kinds = "rate, amplitude or mean" if setting.model.is_time_model else "band, load or amplitude"
@@ -109,20 +107,17 @@ def propose(
     judge: Judge,
     best: Fit,
     rivals: Sequence[Fit],
-    until: float,
     near: Sequence[Fit] = (),
 ) -> Proposal | None:
-    """The plan of the greatest worth, or the one of least trouble that is SURE; of those tried until the time
-    `until`, as of thread_time."""
+    """The plan of the greatest worth, or the one of least trouble that is SURE; of the CLOSELY most hopeful
+    ones."""
     k = int(np.argmax([s.n for s in setting.series]))
     scale = max(1.0, best.chi2 / effective(best.white))
     group = Rivals(setting, judge, (best, *rivals), tuple(near), k, scale)
     odds = weights(group.fits).tolist()
     top: Proposal | None = None
-    for tried, (plan, hope) in enumerate(_promising(group, odds, until)):
+    for plan, hope in _promising(group, odds)[:CLOSELY]:
         if top is not None and top.worth > SURE:
-            break
-        if tried >= LEAST and time.thread_time() > until:
             break
         better = max(FAIR, top.worth + BETTER if top else 0.0)
         found = _foreseen(group, plan, odds) if hope > better else None
@@ -131,7 +126,7 @@ def propose(
     return top
 
 
-def _promising(group: Rivals, odds: Sequence[float], until: float) -> list[tuple[Plan, float]]:
+def _promising(group: Rivals, odds: Sequence[float]) -> list[tuple[Plan, float]]:
     """Plans with what they would be worth were all rivals linear: of those near the greatest the one that is
     the least trouble, then the greatest first."""
     found: list[tuple[Plan, float]] = []
@@ -141,8 +136,6 @@ def _promising(group: Rivals, odds: Sequence[float], until: float) -> list[tuple
             continue
         worth = hopes(group, plan, [p.averaged for p in made], odds)
         found += [(p, float(w)) for p, w in zip(made, worth, strict=True) if w > FAIR]
-        if time.thread_time() > until:
-            break
     found.sort(key=lambda x: -x[1])
     first = min((x for x in found if x[1] > SURE * found[0][1]), key=lambda x: x[0].cost, default=None)
     return sorted(found, key=lambda x: x is not first)
