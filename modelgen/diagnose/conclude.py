@@ -16,7 +16,7 @@ from modelgen.diagnose.account.locate import locate
 from modelgen.diagnose.account.show import port_curve, port_sensitivities, traces
 from modelgen.diagnose.account.words import blind_note, bound_note, holdout_note, spare_values, summary
 from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled
-from modelgen.diagnose.gate.generic import Leftover
+from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.unlisted import with_rivals
 from modelgen.diagnose.gate.vague import told
 from modelgen.diagnose.hypotheses.averaged import averaged, parameters

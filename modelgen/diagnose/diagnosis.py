@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from modelgen.diagnose.conclude import conclude
-from modelgen.diagnose.gate.generic import Leftover
+from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.mirrored import mirrored
 from modelgen.diagnose.gate.oddities import hum, mains, saturation
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, additions, make_hypotheses

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from modelgen.diagnose.gate.generic import PITCHES, Leftover
+from modelgen.diagnose.gate.functions import PITCHES
+from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.hypothesis import Addition, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting

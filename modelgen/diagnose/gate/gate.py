@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modelgen.diagnose.gate.describe import described
-from modelgen.diagnose.gate.generic import Leftover, leftover
+from modelgen.diagnose.gate.generic import leftover
+from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.oddities import lone
 from modelgen.diagnose.gate.unlisted import best_unlisted, cheaper, with_rivals
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE

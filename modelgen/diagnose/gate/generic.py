@@ -8,11 +8,14 @@ judged, colour included.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from modelgen.diagnose.gate.functions import groups, scaled, scaled_speed
+from modelgen.diagnose.gate.leftover import Leftover
+from modelgen.diagnose.gate.line import line
 from modelgen.diagnose.hypotheses.evidence import effective, settled
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import COLOUR_SWEEP, COLOUR_TIME
@@ -20,21 +23,6 @@ from modelgen.diagnose.search.screen import Tangent
 from modelgen.fit.colour import coloured
 from modelgen.fit.series import Array, Whitener
 from modelgen.language import Model
-
-
-@dataclass(frozen=True)
-class Leftover:
-    """The best description of what remains: ΔBIC gained (positive is better), χ² explained, port and
-    sentence.
-
-    terms: (frequency, Q) of resonant terms; in time the name of a group of terms, and which of them.
-    """
-
-    gain: float
-    chi2: float
-    port: str
-    says: str
-    terms: tuple[object, ...] = ()
 
 
 def leftover(model: Model, judge: Judge, fit: Fit, sensitivities: Mapping[str, Array]) -> Leftover:
@@ -155,13 +143,13 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
     n = effective(fit.white)
     names = {i.derived[0]: i.name for i in model.inputs if i.derived}
     moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), "")
-    found = [_line(model, fit, n)]
-    for says, port, make in _groups() if moved else ():
+    found = [line(model, fit, n)]
+    for says, port, make in groups() if moved else ():
         blocks = []
         for k, s in enumerate(e.series):
             force = e.raw(fit.theta, k)[0] + s.data[0]
-            z, v = _unit(s.inputs[moved]), _speed(s.inputs[names["rate"]])
-            columns = np.stack(list(make(z, v, s.inputs[model.axis], _unit(force))))
+            z, v = scaled(s.inputs[moved]), scaled_speed(s.inputs[names["rate"]])
+            columns = np.stack(list(make(z, v, s.inputs[model.axis], scaled(force))))
             blocks.append(plain.whiteners[k].apply(columns[None])[0].T)
         found.append(
             _best_of(
@@ -225,129 +213,3 @@ def _own_colours(whiteners: Sequence[Whitener], white: Sequence[Array], rest: Ar
             )
         total += parts[0] - parts[1]
     return total
-
-
-def _unit(x: Array) -> Array:
-    half = float(np.ptp(x)) / 2 or 1.0
-    return (x - (x.max() + x.min()) / 2) / half
-
-
-def _speed(v: Array) -> Array:
-    return v / (float(np.quantile(np.abs(v), 0.995)) or 1.0)
-
-
-PITCHES = np.geomspace(1.0, 80.0, 90)
-"""Half waves in half a stroke that are tried."""
-
-
-def _groups() -> list[tuple[str, str, Callable[[Array, Array, Array, Array], Iterable[Array]]]]:
-    def position(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
-        for k in PITCHES:
-            yield np.cos(k * np.pi * z)
-            yield np.sin(k * np.pi * z)
-
-    def displacement(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
-        return (z**k for k in range(2, 9))
-
-    def speed(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
-        yield from (np.sign(v) * np.abs(v) ** p for p in (0.3, 0.6, 1.5, 2.0, 3.0))
-        yield from (np.abs(v) ** p for p in (0.5, 1.0, 2.0))
-
-    def both(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
-        for a in (1, 2, 3):
-            yield z**a * v
-            yield z**a * np.abs(v)
-            yield z**a * np.sign(v)
-
-    def play(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
-        for g in (0.02, 0.05, 0.1, 0.2, 0.4, 0.8):
-            yield _play(z, g)
-
-    def memory(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
-        from scipy.signal import lfilter
-
-        step = float(np.median(np.diff(t)))
-        for tau in np.geomspace(3 * step, max((t[-1] - t[0]) / 2, 6 * step), 7):
-            a = np.exp(-step / tau)
-            yield lfilter([1 - a], [1, -a], z - z[0])
-
-    def shown(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
-        for q in (0.3, 0.5, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995):
-            yield np.maximum(F - q, 0.0)
-            yield np.minimum(F + q, 0.0)
-
-    return [
-        ("a force that depends on position, with short wavelengths", "force", position),
-        ("a force that depends on displacement alone", "force", displacement),
-        ("a force that depends on speed alone", "force", speed),
-        ("a force that depends on displacement and speed together", "force", both),
-        ("a hysteretic memory of the displacement", "force", play),
-        ("a linear memory of the displacement", "force", memory),
-        ("a distortion of the force channel: it depends on the force itself", "sensor", shown),
-    ]
-
-
-def _play(z: Array, g: float) -> Array:
-    """Play operator of half width g."""
-    out = np.empty_like(z)
-    w = z[0]
-    for i, x in enumerate(z):
-        w = min(max(w, x - g), x + g)
-        out[i] = w
-    return out
-
-
-def _follows(model: Model, fit: Fit, grid: Array, width: float) -> Array:
-    """Frequencies of `grid` at which the motion itself, or a harmonic of it, has power: what happens there
-    follows it."""
-    moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
-    near = np.zeros(len(grid), dtype=bool)
-    for s in fit.hypothesis.experiment.series if moved else ():
-        t, z = s.inputs[model.axis], s.inputs[moved or ""]
-        power = np.abs(np.fft.rfft((z - z.mean()) * np.hanning(s.n))) ** 2
-        f = np.arange(len(power)) * (s.n - 1) / float(t[-1] - t[0]) / s.n
-        strong = f[power > 1e-3 * power.max()]
-        for order in range(1, 10):
-            near |= (
-                (grid > order * strong.min() - 2 * width) & (grid < order * strong.max() + 2 * width)
-                if order == 1
-                else _close(grid, order * f[np.argmax(power)], 3 * width)
-            )
-    return near
-
-
-def _close(grid: Array, f: float, width: float) -> Array:
-    return np.asarray(np.abs(grid - f) < width)
-
-
-def _line(model: Model, fit: Fit, n: int) -> Leftover:
-    """The strongest spectral line of the residual, over the spectrum around it, all recordings together.
-
-    The price is that of having looked at every frequency.
-    """
-    series = [
-        (s.inputs[model.axis], e[0])
-        for s, e in zip(fit.hypothesis.experiment.series, fit.white, strict=True)
-        if s.n >= 200
-    ]
-    if not series:
-        return Leftover(0.0, 0.0, "sensor", "")
-    span = max(float(t[-1] - t[0]) for t, _ in series)
-    top = min(0.5 * (len(t) - 1) / float(t[-1] - t[0]) for t, _ in series)
-    grid = np.arange(4.0 / span, 0.98 * top, 0.5 / span)
-    total = np.zeros(len(grid))
-    for t, x in series:
-        size = 4 * len(x)
-        power = np.abs(np.fft.rfft(x - x.mean(), size)) ** 2
-        reach = 120
-        around = np.lib.stride_tricks.sliding_window_view(np.pad(power, reach, mode="reflect"), 2 * reach + 1)
-        ratio = power / np.maximum(np.median(around[::8], axis=1).repeat(8)[: len(power)] / np.log(2), 1e-300)
-        step = (len(t) - 1) / float(t[-1] - t[0]) / size
-        total += np.interp(grid, np.arange(len(power)) * step, ratio)
-    if not len(grid):
-        return Leftover(0.0, 0.0, "sensor", "")
-    total[_follows(model, fit, grid, 1.0 / span)] = 0.0
-    k = int(np.argmax(total))
-    chi2 = 2 * float(total[k])
-    gain = chi2 - (2 * len(series) + 1) * float(np.log(n)) - 2 * float(np.log(len(grid)))
-    return Leftover(gain, chi2, "sensor", f"a line at {grid[k]:.4g} Hz that does not follow the motion")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from modelgen.diagnose.gate.generic import Leftover
+from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.noise.noise import off_neighbours
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array, Series

@@ -1,0 +1,84 @@
+"""Functions of few variables over time, by which a missing force is described without a catalogue."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from modelgen.fit.series import Array
+
+
+def scaled(x: Array) -> Array:
+    """x from −1 to 1."""
+    half = float(np.ptp(x)) / 2 or 1.0
+    return (x - (x.max() + x.min()) / 2) / half
+
+
+def scaled_speed(v: Array) -> Array:
+    """v over the greatest but for a few samples."""
+    return v / (float(np.quantile(np.abs(v), 0.995)) or 1.0)
+
+
+PITCHES = np.geomspace(1.0, 80.0, 90)
+"""Half waves in half a stroke that are tried."""
+
+
+def groups() -> list[tuple[str, str, Callable[[Array, Array, Array, Array], Iterable[Array]]]]:
+    """(what it would be, port, columns of displacement, speed, time and force, each in units of its own
+    size)."""
+
+    def position(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        for k in PITCHES:
+            yield np.cos(k * np.pi * z)
+            yield np.sin(k * np.pi * z)
+
+    def displacement(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        return (z**k for k in range(2, 9))
+
+    def speed(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        yield from (np.sign(v) * np.abs(v) ** p for p in (0.3, 0.6, 1.5, 2.0, 3.0))
+        yield from (np.abs(v) ** p for p in (0.5, 1.0, 2.0))
+
+    def both(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        for a in (1, 2, 3):
+            yield z**a * v
+            yield z**a * np.abs(v)
+            yield z**a * np.sign(v)
+
+    def play(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        for g in (0.02, 0.05, 0.1, 0.2, 0.4, 0.8):
+            yield _play(z, g)
+
+    def memory(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        from scipy.signal import lfilter
+
+        step = float(np.median(np.diff(t)))
+        for tau in np.geomspace(3 * step, max((t[-1] - t[0]) / 2, 6 * step), 7):
+            a = np.exp(-step / tau)
+            yield lfilter([1 - a], [1, -a], z - z[0])
+
+    def shown(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
+        for q in (0.3, 0.5, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995):
+            yield np.maximum(F - q, 0.0)
+            yield np.minimum(F + q, 0.0)
+
+    return [
+        ("a force that depends on position, with short wavelengths", "force", position),
+        ("a force that depends on displacement alone", "force", displacement),
+        ("a force that depends on speed alone", "force", speed),
+        ("a force that depends on displacement and speed together", "force", both),
+        ("a hysteretic memory of the displacement", "force", play),
+        ("a linear memory of the displacement", "force", memory),
+        ("a distortion of the force channel: it depends on the force itself", "sensor", shown),
+    ]
+
+
+def _play(z: Array, g: float) -> Array:
+    """Play operator of half width g."""
+    out = np.empty_like(z)
+    w = z[0]
+    for i, x in enumerate(z):
+        w = min(max(w, x - g), x + g)
+        out[i] = w
+    return out

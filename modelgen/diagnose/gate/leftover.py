@@ -1,0 +1,20 @@
+"""What a fit leaves, in words and numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Leftover:
+    """The best description of what remains: ΔBIC gained (positive is better), χ² explained, port and
+    sentence.
+
+    terms: (frequency, Q) of resonant terms; in time the name of a group of terms, and which of them.
+    """
+
+    gain: float
+    chi2: float
+    port: str
+    says: str
+    terms: tuple[object, ...] = ()

@@ -1,0 +1,66 @@
+"""A line in the spectrum of what a fit over time leaves: something that does not follow the motion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modelgen.diagnose.gate.leftover import Leftover
+from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.fit.series import Array
+from modelgen.language import Model
+
+
+def _follows(model: Model, fit: Fit, grid: Array, width: float) -> Array:
+    """Frequencies of `grid` at which the motion itself, or a harmonic of it, has power: what happens there
+    follows it."""
+    moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
+    near = np.zeros(len(grid), dtype=bool)
+    for s in fit.hypothesis.experiment.series if moved else ():
+        t, z = s.inputs[model.axis], s.inputs[moved or ""]
+        power = np.abs(np.fft.rfft((z - z.mean()) * np.hanning(s.n))) ** 2
+        f = np.arange(len(power)) * (s.n - 1) / float(t[-1] - t[0]) / s.n
+        strong = f[power > 1e-3 * power.max()]
+        for order in range(1, 10):
+            near |= (
+                (grid > order * strong.min() - 2 * width) & (grid < order * strong.max() + 2 * width)
+                if order == 1
+                else _close(grid, order * f[np.argmax(power)], 3 * width)
+            )
+    return near
+
+
+def _close(grid: Array, f: float, width: float) -> Array:
+    return np.asarray(np.abs(grid - f) < width)
+
+
+def line(model: Model, fit: Fit, n: int) -> Leftover:
+    """The strongest spectral line of the residual, over the spectrum around it, all recordings together.
+
+    The price is that of having looked at every frequency.
+    """
+    series = [
+        (s.inputs[model.axis], e[0])
+        for s, e in zip(fit.hypothesis.experiment.series, fit.white, strict=True)
+        if s.n >= 200
+    ]
+    if not series:
+        return Leftover(0.0, 0.0, "sensor", "")
+    span = max(float(t[-1] - t[0]) for t, _ in series)
+    top = min(0.5 * (len(t) - 1) / float(t[-1] - t[0]) for t, _ in series)
+    grid = np.arange(4.0 / span, 0.98 * top, 0.5 / span)
+    total = np.zeros(len(grid))
+    for t, x in series:
+        size = 4 * len(x)
+        power = np.abs(np.fft.rfft(x - x.mean(), size)) ** 2
+        reach = 120
+        around = np.lib.stride_tricks.sliding_window_view(np.pad(power, reach, mode="reflect"), 2 * reach + 1)
+        ratio = power / np.maximum(np.median(around[::8], axis=1).repeat(8)[: len(power)] / np.log(2), 1e-300)
+        step = (len(t) - 1) / float(t[-1] - t[0]) / size
+        total += np.interp(grid, np.arange(len(power)) * step, ratio)
+    if not len(grid):
+        return Leftover(0.0, 0.0, "sensor", "")
+    total[_follows(model, fit, grid, 1.0 / span)] = 0.0
+    k = int(np.argmax(total))
+    chi2 = 2 * float(total[k])
+    gain = chi2 - (2 * len(series) + 1) * float(np.log(n)) - 2 * float(np.log(len(grid)))
+    return Leftover(gain, chi2, "sensor", f"a line at {grid[k]:.4g} Hz that does not follow the motion")
