@@ -33,6 +33,10 @@ from modelgen.truths import draw, write_case
             id="waves in a heavy spring, from a base that is bent to them",
         ),
         pytest.param(
+            203000013, "variant", "impedance", "lossy_rod", "white", 6.0, {"distributed_rod"},
+            id="a joint does nearly as well, and hides where the rod resonates",
+        ),
+        pytest.param(
             202900214, "pair", "gmm", ("second_mode", "contact_damping"), "misstated", 3.0,
             {"second_mode", "contact_damping"}, id="a narrow resonance beside a loss, in no beam",
         ),

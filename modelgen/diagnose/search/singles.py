@@ -9,7 +9,7 @@ import numpy as np
 
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
-from modelgen.diagnose.hypotheses.setting import ALARM, Setting
+from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Setting
 from modelgen.diagnose.noise.recolour import gross
 from modelgen.diagnose.search.screen import Score, Tangent, score
 from modelgen.diagnose.search.swap import better_of
@@ -63,7 +63,7 @@ def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score])
         starts = [x.hypothesis.place(base.hypothesis, theta, v) for theta, v in places]
         fits.append(judge.fit(x.hypothesis, starts))
     if s.cheap and not s.model.is_time_model:
-        fits = _scouted(base, judge, seen, fits)
+        fits = _beside(base, judge, seen, _scouted(base, judge, seen, fits))
     fits.sort(key=lambda f: f.bic)
     return [_unhooked(judge, f) if k < s.beam else f for k, f in enumerate(fits)]
 
@@ -88,6 +88,25 @@ def _scouted(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]
             starts += [_faint(x, base, v) for _, v in x.starts]
         other = judge.fit(x.hypothesis, starts, few=SCOUTS) if starts else f
         found.append(min((f, other), key=lambda f: f.bic))
+    return found
+
+
+def _beside(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]) -> list[Fit]:
+    """`fits` of sweeps by what was `seen`, those of resonances that are behind the best one again from where
+    that has taken the base's own parameters: a base that is bent far hides where its rivals resonate."""
+    best = min(fits, key=lambda f: f.bic, default=base)
+    if base.bic - best.bic < ALARM:
+        return list(fits)
+    there = judge.look(base.hypothesis, best.hypothesis.values_of(best.theta, base.hypothesis))
+    tangent = Tangent.of(*judge.tangent(there))
+    found = []
+    for x, f in zip(seen, fits, strict=True):
+        if x.scouts and f.bic > best.bic + CLOSE:
+            h = x.hypothesis
+            again = score(h, base.hypothesis, there.theta, tangent, judge.whiteners, SCOUTS)
+            starts = [h.place(base.hypothesis, there.theta, v) for _, v in again.starts]
+            f = min([f, judge.fit(h, starts, few=SCOUTS)] if starts else [f], key=lambda f: f.bic)
+        found.append(f)
     return found
 
 
