@@ -78,9 +78,7 @@ bent base tell little."""
 def _scouted(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]) -> list[Fit]:
     """`fits` of sweeps by what was `seen`, again where the first order has led astray: from little of an
     effect where it reached too far, and, while no fit is near the noise, from wherever resonances may lie."""
-    white = plain_white(min(fits, key=lambda f: f.chi2, default=base))
-    over = [float(np.mean(x**2)) / local_scatter(x) ** 2 for e in white for x in e if x.size > FEWEST]
-    bent = bool(over) and float(np.mean(over)) > BENT**2
+    bent = _off(min(fits, key=lambda f: f.chi2, default=base)) > BENT
     found = []
     for x, f in zip(seen, fits, strict=False):
         starts = [x.hypothesis.place(base.hypothesis, base.theta, v) for v in x.scouts] if bent else []
@@ -91,11 +89,19 @@ def _scouted(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]
     return found
 
 
+def _off(f: Fit) -> float:
+    """How many times as large as the scatter between neighbours a fit's residuals are."""
+    over = [
+        float(np.mean(x**2)) / local_scatter(x) ** 2 for e in plain_white(f) for x in e if x.size > FEWEST
+    ]
+    return float(np.sqrt(np.mean(over))) if over else 1.0
+
+
 def _beside(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]) -> list[Fit]:
     """`fits` of sweeps by what was `seen`, those of resonances that are behind the best one again from where
     that has taken the base's own parameters: a base that is bent far hides where its rivals resonate."""
     best = min(fits, key=lambda f: f.bic, default=base)
-    if base.bic - best.bic < ALARM:
+    if base.bic - best.bic < ALARM or _off(base) < FAR:
         return list(fits)
     there = judge.look(base.hypothesis, best.hypothesis.values_of(best.theta, base.hypothesis))
     tangent = Tangent.of(*judge.tangent(there))
@@ -110,6 +116,8 @@ def _beside(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit])
     return found
 
 
+FAR = 2.0
+"""… this many times: the base is bent far."""
 SCOUTS = 6
 """Descents that go on: in a narrow resonance they are slow at first."""
 FEWEST = 15
