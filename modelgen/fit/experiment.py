@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from modelgen.codegen.function import Function, Prepared
 from modelgen.errors import InputError
@@ -184,6 +185,26 @@ class Experiment:
             compiled=sums,
             segments=self._segments(whiteners),
             constraints=inequalities(self) if constrained else (),
+            n_data=sum(s.data.size for s in self.series),
+        )  # fmt: skip
+
+    def problem_of(self, free: NDArray[np.bool_], theta: Array) -> Problem:
+        """The problem in which only the parameters marked by `free` (p,) move; the others stay at `theta`."""
+
+        def whole(x: Array) -> Array:
+            values = theta.copy()
+            values[free] = x
+            return values
+
+        def linearise(x: Array) -> tuple[Array, Array]:
+            r, J = self.linearised(whole(x))
+            return r, J[:, free]
+
+        p = [q for q, moves in zip(self.layout.parameters, free, strict=True) if moves]
+        low, high = np.array([q.bounds[0] for q in p]), np.array([q.bounds[1] for q in p])
+        return Problem(
+            tuple(q.name for q in p), tuple(q.unit for q in p), low, high, np.clip(theta[free], low, high),
+            residual=lambda x: linearise(x)[0], linearise=linearise,
             n_data=sum(s.data.size for s in self.series),
         )  # fmt: skip
 

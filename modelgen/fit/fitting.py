@@ -124,30 +124,9 @@ def predict(ex: Experiment, case: Case, theta: Vector, held: Recording) -> tuple
     full = np.array([found[n] for n in alone.layout.names], dtype=float)
     own = np.array([n in alone.layout.own for n in alone.layout.names], dtype=bool)
     if own.any():
-        full[own] = GaussNewton().run(_only(alone, full, own)).theta
+        full[own] = GaussNewton().run(alone.problem_of(own, full)).theta
     alone = with_motion(alone, case, [held], full)
     return alone.series[0], alone.raw(full, 0), alone.whitened(full)[0]
-
-
-def _only(ex: Experiment, full: Vector, free: Array) -> Problem:
-    """The problem in which only the parameters marked by `free` (p,) move; the others stay at `full`."""
-    parameters = [p for p, moves in zip(ex.layout.parameters, free, strict=True) if moves]
-
-    def whole(theta: Vector) -> Vector:
-        values = full.copy()
-        values[free] = theta
-        return values
-
-    def linearise(theta: Vector) -> tuple[Vector, Vector]:
-        r, J = ex.linearised(whole(theta))
-        return r, J[:, free]
-
-    return Problem(
-        tuple(p.name for p in parameters), tuple(p.unit for p in parameters),
-        np.array([p.bounds[0] for p in parameters]), np.array([p.bounds[1] for p in parameters]), full[free],
-        residual=lambda theta: linearise(theta)[0], linearise=linearise,
-        n_data=sum(s.data.size for s in ex.series),
-    )  # fmt: skip
 
 
 def _started(problem: Problem, start: Mapping[str, float] | None) -> Problem:

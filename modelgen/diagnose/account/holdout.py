@@ -12,9 +12,8 @@ from modelgen.diagnose.noise.noise import outliers_of
 from modelgen.diagnose.verdict import Rms
 from modelgen.errors import InputError
 from modelgen.fit import GaussNewton
-from modelgen.fit.experiment import Experiment, make_layout
+from modelgen.fit.experiment import Experiment, Layout, make_layout
 from modelgen.fit.motion import errors_in_motion
-from modelgen.fit.problem import Problem
 from modelgen.fit.series import Array, Series, make_series
 
 
@@ -88,37 +87,17 @@ def predict(fit: Fit, s: Series, setting: Setting) -> tuple[Experiment, Array]:
     other = Experiment(e.model, e.function, _same_order(e, layout), (s,), e.constants)
     known = dict(zip(e.layout.wrt, e.local(fit.theta, 0), strict=True))
     theta = np.array([known[n.split("[")[0]] for n in other.layout.names])
-    own = [k for k, n in enumerate(other.layout.names) if n.split("[")[0] in layout.own]
-    return other, _fit_own(other, theta, own) if own else theta
+    own = np.array([n.split("[")[0] in layout.own for n in other.layout.names], dtype=bool)
+    if own.any():
+        theta[own] = GaussNewton(max_iter=40).run(other.problem_of(own, theta)).theta
+    return other, theta
 
 
-def _same_order(e: Experiment, layout):  # type: ignore[no-untyped-def]
+def _same_order(e: Experiment, layout: Layout) -> Layout:
     """The layout of one recording with the columns that the compiled function has."""
     names = [n.split("[")[0] for n in layout.names]
     place = np.array([[names.index(w) for w in e.layout.wrt]])
     return replace(layout, wrt=e.layout.wrt, place=place)
-
-
-def _fit_own(e: Experiment, theta: Array, own: list[int]) -> Array:
-    """θ with the entries `own` fitted to the recording."""
-    whole = e.problem(theta)
-
-    def full(x: Array) -> Array:
-        t = theta.copy()
-        t[own] = x
-        return t
-
-    def linearise(x: Array) -> tuple[Array, Array]:
-        r, J = e.linearised(full(x))
-        return r, J[:, own]
-
-    low, high = whole.lower[own], whole.upper[own]
-    problem = Problem(
-        tuple(whole.names[k] for k in own), tuple(whole.units[k] for k in own), low, high,
-        np.clip(theta[own], low, high),
-        residual=lambda x: linearise(x)[0], linearise=linearise, n_data=whole.n_data,
-    )  # fmt: skip
-    return full(np.asarray(GaussNewton(max_iter=40).run(problem).theta))
 
 
 def _rms(parts: list[Array] | tuple[Array, ...], used: bool = False) -> float:
