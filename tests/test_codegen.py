@@ -14,6 +14,9 @@ from hypothesis import strategies as st
 import modelgen.models as models
 from modelgen.codegen import Function, build, build_many
 from modelgen.codegen.compiler import find_compiler
+from modelgen.codegen.emit import emit
+from modelgen.codegen.program import build_program
+from modelgen.codegen.unity import unite
 from modelgen.errors import InputError, ToolError
 from modelgen.language import Implicit, Input, Model, Parameter, Symbol
 
@@ -267,6 +270,24 @@ def test_models_built_together_are_the_models_built_alone() -> None:
         alone = build(model, wrt)
         a, b = (g.prepare(**at).jacobian(g.prepare(**at).p[g.free], measure) for g in (F, alone))
         assert a[0] == pytest.approx(b[0], rel=1e-12) and a[1] == pytest.approx(b[1], rel=1e-12, abs=1e-15)
+
+
+def test_equations_of_one_name_in_models_built_together_stay_apart() -> None:
+    """y^k = a x by three solvers of the name solve_y, in one library that holds each shared function once."""
+    x, a = Input("x", "1"), Parameter("a", "1", 2.0)
+    roots = [
+        Model("root", (x,), (a,), (Implicit("y", Symbol("y", real=True) ** k - a * x, (0, 9), "1"),), ("y",))
+        for k in (1, 2, 3)
+    ]
+    built = build_many([(m, ("a",)) for m in roots], ("jacobian",))
+    for k, F in enumerate(built, 1):
+        values, _ = F.prepare(x=np.array([1.0, 4.0])).jacobian([2.0], "real")
+        assert values[0] == pytest.approx([2 ** (1 / k), 8 ** (1 / k)], rel=1e-14)
+    sources = [
+        emit(build_program(models.modified_dahl, w), ("jacobian",), w[0]) for w in (("k_D",), ("c_D",))
+    ]
+    (text,) = (t for n, t in unite(sources).items() if n.endswith(".c"))
+    assert text.count("double mg_exp(") == 1 and sources[1].source.count("double mg_exp(") == 1
 
 
 @pytest.mark.parametrize(

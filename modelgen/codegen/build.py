@@ -6,7 +6,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from functools import cache, lru_cache, partial
@@ -21,10 +21,13 @@ from modelgen.codegen.instant import Memory
 from modelgen.codegen.program import build_program
 from modelgen.codegen.real import Work
 from modelgen.codegen.tiers import Code, Tiers
+from modelgen.codegen.unity import unite
 from modelgen.files import write_atomically
 from modelgen.language import Model
 
 ALL = ("values", "jacobian", "sumsq", "normal", "all")
+GROUPS = 6
+"""Libraries that many models are compiled into: more keep all cores busy, fewer start the compiler less."""
 
 
 def default_wrt(model: Model) -> tuple[str, ...]:
@@ -83,7 +86,7 @@ def build_many(
     measures: Sequence[str] | None = None,
     quick: bool = True,
 ) -> list[Function]:
-    """Compile many models at once, one library a core; `quick` saves time at the compiler. Order is kept.
+    """Compile many models at once, a few libraries in all; `quick` saves time at the compiler. Order is kept.
 
     `measures` limits the kernels to what is compared with data ("complex", "modulus", "phase", "real").
     """
@@ -92,29 +95,40 @@ def build_many(
     found = {k: _remembered(k) for k in set(keys)}
     missing = {k: mw for k, mw in zip(keys, models, strict=True) if found[k] is None}
     if missing:
-        sources = {
-            k: emit(build_program(m, w), kernels, _prefix(m, k, len(models)), measures)
-            for k, (m, w) in missing.items()
-        }
-        cores = max(1, min(os.cpu_count() or 1, (len(missing) + 3) // 4))
-        groups = [list(sources)[c::cores] for c in range(cores)]
-        with ThreadPoolExecutor(cores) as pool:
-            libraries = list(pool.map(lambda g: _compile([sources[k] for k in g], level), groups))
-        for group, library in zip(groups, libraries, strict=True):
-            for k in group:
-                found[k] = (sources[k], library)
-                _remember(k, sources[k], library)
+        for sources, library in _built(missing, kernels, measures, level):
+            for k, source in sources.items():
+                found[k] = (source, library)
+                _remember(k, source, library)
     codes = {k: Code(*pair) for k, pair in found.items() if pair is not None}
     return [
         _function(m, w, Tiers(partial(codes.__getitem__, k))) for k, (m, w) in zip(keys, models, strict=True)
     ]
 
 
-def _prefix(model: Model, key: str, count: int) -> str:
-    return "" if count == 1 else f"{model.id}_{key[:10]}"
+def _built(
+    models: Mapping[str, tuple[Model, tuple[str, ...]]],
+    kernels: Sequence[str],
+    measures: Sequence[str] | None,
+    level: tuple[str, ...],
+) -> list[tuple[dict[str, Source], Path]]:
+    """Sources by key, group by group, with the library of each: while one group is compiled, C of the next
+    is written."""
+    keys, size = list(models), max(2, -(-len(models) // GROUPS))
+    made = []
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        for start in range(0, len(keys), size):
+            sources = {}
+            for k in keys[start : start + size]:
+                model, wrt = models[k]
+                prefix = "" if len(models) == 1 else f"{model.id}_{k[:10]}"
+                sources[k] = emit(build_program(model, wrt), kernels, prefix, measures)
+            made.append((sources, pool.submit(_compile, list(sources.values()), level)))
+        return [(sources, library.result()) for sources, library in made]
 
 
 def _compile(sources: list[Source], level: tuple[str, ...]) -> Path:
+    if level == QUICK:
+        return compile_library(unite(sources), level)
     files = {f"{s.prefix}.{end}": text for s in sources for end, text in (("h", s.header), ("c", s.source))}
     return compile_library(files, level)
 
