@@ -26,6 +26,7 @@ Array = np.ndarray
 f = np.geomspace(20, 8000, 81)
 w = 2 * np.pi * f
 COIL = {"R_e": 6.0, "L_e": 5e-4, "Bl": 6.0, "M_m": 0.015, "K_m": 2e3, "R_m": 1.0}
+KNOWN = {"electrodynamic_transducer": COIL}
 NOTHING = {"k_D": 0.0, "c_D": 0.0, "h_D": 0.0, "F_0": 0.0, "rho": 1.5, "r_0": 0.0}
 
 
@@ -45,7 +46,8 @@ def extended(e: Effect, model: str) -> Reading:
 def at_port(e: Effect, model: str = "electrodynamic_transducer", **p: float) -> tuple[Array, Array]:
     """The quantity at the effect's port without and with the effect."""
     port = e.fits(load(model))[0]
-    values = extended(e, model)({"f": f}, **COIL, **{f"{e.id}_{k}": v for k, v in p.items()})
+    known = KNOWN.get(model, {})
+    values = extended(e, model)({"f": f}, **known, **{f"{e.id}_{k}": v for k, v in p.items()})
     return values[f"{port.equation}_1"] * np.ones(len(f)), values[port.equation]
 
 
@@ -108,6 +110,28 @@ def test_semi_inductance_and_cole_cole() -> None:
     assert np.allclose(np.abs(new - old), 0.02 * w**0.6)
     old, new = at_port(find("permeability_relaxation", "inductance"), L_s=0.3, tau=1e-3, a=0.7)
     assert np.allclose(new - old, 0.3 / (1 + (1j * w * 1e-3) ** 0.7))
+
+
+def test_dielectrics() -> None:
+    def at_capacitance(e: Effect, **p: float) -> tuple[Array, Array]:
+        return at_port(e, "piezoelectric_transducer", **p)
+
+    old, new = at_capacitance(find("dielectric_loss", "capacitance", "n"), n=0.1)
+    assert np.allclose(np.tan(-np.angle(new)), np.tan(0.05 * np.pi))
+    assert np.allclose(np.abs(new), old.real * w**-0.1)
+    old, new = at_capacitance(find("dielectric_loss", "capacitance", "tan_delta"), tan_delta=0.02)
+    assert np.allclose(new, old * (1 - 0.02j))
+    old, new = at_capacitance(find("dielectric_relaxation", "capacitance"), C_s=1e-9, tau=1e-3, a=0.7)
+    assert np.allclose(new - old, 1e-9 / (1 + (1j * w * 1e-3) ** 0.7))
+    old, new = at_capacitance(find("leakage_conductance", "capacitance"), G=1e-6)
+    assert np.allclose(1j * w * new, 1j * w * old + 1e-6)
+
+
+def test_a_capacitor_is_no_coil() -> None:
+    """Across a capacitance there is no other one to be found, and no eddy current."""
+    ids = {e.id for e in CATALOGUE if e.fits(load("piezoelectric_transducer"))}
+    assert {"dielectric_loss", "lead_resistance", "structural_damping", "second_mode"} <= ids
+    assert not ids & {"eddy_shunt", "coil_capacitance", "semi_inductance", "coil_ac_resistance"}
 
 
 # -- mechanical ----------------------------------------------------------------------------------------------
@@ -182,11 +206,25 @@ def test_amplitude_at_constant_force(id: str, strength: str, size: float) -> Non
     assert np.abs(new - old).max() > 0.01 * np.abs(old).min()
 
 
+def lossy(x: Array, kind: str) -> Array:
+    """What takes power with its real part: impedance, admittance, stiffness turned by a right angle."""
+    return x * (1j * w if kind in ("inductance", "capacitance") else 1 / 1j if kind == "stiffness" else 1)
+
+
+COIL_KINDS = ("electrical_impedance", "inductance", "terminals", "mechanical_impedance", "stiffness")
+
+
 @pytest.mark.parametrize(
-    "kind", ["electrical_impedance", "inductance", "terminals", "mechanical_impedance", "stiffness"]
+    "name, kind",
+    [
+        *(("electrodynamic_transducer", k) for k in COIL_KINDS),
+        ("piezoelectric_transducer", "capacitance"),
+        ("piezoelectric_transducer", "terminals"),
+    ],
 )
-def test_positive_strengths_take_power(kind: str) -> None:
-    model = load("electrodynamic_transducer")
+def test_positive_strengths_take_power(name: str, kind: str) -> None:
+    model = load(name)
+    known = KNOWN.get(name, {})
     shapes = {
         "omega": 3e3,
         "time": 3e-4,
@@ -204,15 +242,12 @@ def test_positive_strengths_take_power(kind: str) -> None:
             for port in e.fits(model):
                 values = extended(e, model.id)(
                     {"f": f},
-                    **COIL,
+                    **known,
                     **{f"{e.id}_{k}": v for k, v in p.items()},
                     **{f"{e.id}_{e.strengths[0].name}": size},
                 )
                 assert (values["Z"].real > 0).all(), (e.id, size)
-                loss = values[port.equation] * (1j * w if kind == "inductance" else 1)
-                loss = loss / (1j) if kind == "stiffness" else loss
-                old = values[f"{port.equation}_1"] * (1j * w if kind == "inductance" else 1)
-                old = old / 1j if kind == "stiffness" else old
+                loss, old = (lossy(values[n], kind) for n in (port.equation, f"{port.equation}_1"))
                 if kind != "terminals" and e.id not in ("contact_compliance",):
                     assert (np.real(loss) >= np.real(old) - 1e-9 * np.abs(old)).all(), (e.id, size)
 

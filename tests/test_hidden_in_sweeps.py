@@ -77,3 +77,27 @@ def test_a_lag_is_found_in_a_stiffness_without_its_angle(tmp_path: Path) -> None
     case = read_case(tmp_path / "case.toml")
     v = diagnose(case, load(case.model))
     assert "force_sensor_lag" in {v.effects[0].id, *v.effects[0].equivalents}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lossy", [False, True])
+def test_a_dielectric_that_loses_energy(tmp_path: Path, lossy: bool) -> None:
+    """A piezoelectric stack without and with a loss angle of its dielectric and of its elasticity."""
+    C, phi, M, K, R, level = 1.1e-9, 0.21, 2.3e-3, 9.1e8, 14.0, 5e-4
+    rng, f = np.random.default_rng(5), np.geomspace(60, 160, 301)
+    w = 2e3 * np.pi * f
+    text = f'model = "piezoelectric_transducer"\n[noise]\nZ_relative = {level}\n'
+    for k, added in enumerate((0.0, 4e-4)):
+        Z_m = R + 1j * w * (M + added) + K * (1 + 6e-3j * lossy) / (1j * w)
+        Z = 1 / (1j * w * C * (1 - 0.018j * lossy) + phi**2 / Z_m)
+        noise = rng.standard_normal((2, len(f)))
+        Z = Z * (1 + level / np.sqrt(2) * (noise[0] + 1j * noise[1]))
+        header = "f [kHz],Re Z [ohm],Im Z [ohm]"
+        table = np.column_stack([f, Z.real, Z.imag])
+        np.savetxt(tmp_path / f"r{k}.csv", table, delimiter=",", header=header, comments="")
+        text += f'[[recording]]\nfile = "r{k}.csv"\nconstants = {{ M_m = {M + added} }}\n'
+    (tmp_path / "case.toml").write_text(text)
+    case = read_case(tmp_path / "case.toml")
+    v = diagnose(case, load(case.model))
+    assert {e.id for e in v.effects} == ({"dielectric_loss", "structural_damping"} if lossy else set())
+    assert v.adequate is not lossy

@@ -4,6 +4,7 @@ from modelgen.effects import (
     clearance,
     cycle,
     damping,
+    dielectric,
     drift,
     drive,
     eddy,
@@ -24,6 +25,7 @@ from modelgen.effects.effect import Effect
 CATALOGUE: tuple[Effect, ...] = (
     *eddy.EFFECTS,
     *electrical.EFFECTS,
+    *dielectric.EFFECTS,
     *mechanical_impedance.EFFECTS,
     *viscoelastic.EFFECTS,
     *resonance.EFFECTS,

@@ -78,6 +78,7 @@ shunted_terminals = Effect(
     (Strength("G_0", "1/{port}", text="conductance across the coil"),),
     change(_shunted),
     needs=("omega",),
+    unless=("capacitance",),  # no coil
 )
 
 permeability_relaxation = Effect(

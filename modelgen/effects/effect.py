@@ -91,12 +91,13 @@ class Effect:
     `strengths` and `shapes` to the declared parameters (their full names carry the effect's id, so that
     effects compose), which the model has by then. `kinds` are in order of preference: a model with ports of
     several gets the effect at the first. `needs` names the port variables that the effect uses; a port
-    without them is none for it; `also` the kinds of other ports that the model must have. Several effects
-    may share one id: laws of the same physics, none of which is a special case of another in disguise.
-    `secant` marks effects whose derivative at null vanishes, or knows nothing of what they do at a finite
-    strength: they are screened there. `family` is what one kind of recording can often not tell apart;
-    `common` > 1 says that practitioners meet it often. `alike` are ids of other physics whose law is the same
-    function of the motion: no recording of this kind tells them apart.
+    without them is none for it; `also` the kinds of other ports that the model must have, `unless` those
+    that it must not. Several effects may share one id: laws of the same physics, none of which is a
+    special case of another in disguise. `secant` marks effects whose derivative at null vanishes, or
+    knows nothing of what they do at a finite strength: they are screened there. `family` is what one kind
+    of recording can often not tell apart; `common` > 1 says that practitioners meet it often. `alike` are
+    ids of other physics whose law is the same function of the motion: no recording of this kind tells
+    them apart.
     """
 
     id: str
@@ -108,6 +109,7 @@ class Effect:
     shapes: tuple[Shape, ...] = ()
     needs: tuple[str, ...] = ()
     also: tuple[str, ...] = ()
+    unless: tuple[str, ...] = ()
     family: str = ""
     secant: bool = False
     common: float = 1.0
@@ -116,7 +118,8 @@ class Effect:
     def fits(self, model: Model) -> tuple[Port, ...]:
         """The ports of `model` that this effect can be added to: those of the first of its kinds that there
         is."""
-        if not set(self.also) <= {p.kind for p in model.ports}:
+        present = {p.kind for p in model.ports}
+        if not set(self.also) <= present or present & set(self.unless):
             return ()
         for kind in self.kinds:
             there = tuple(

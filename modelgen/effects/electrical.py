@@ -8,8 +8,8 @@ from modelgen.language import Port, eddy_factor, j
 
 lead_resistance = Effect(
     "lead_resistance",
-    ("electrical_impedance",),
-    "leads and contacts add a constant resistance in series with the coil",
+    ("electrical_impedance", "terminals"),
+    "leads and contacts add a constant resistance in series",
     "four-wire against two-wire measurement, e.g. Keysight Impedance Measurement Handbook, ch. 3",
     (Strength("R", "{port}", text="series resistance of leads and contacts"),),
     add(lambda at, p: p["R"]),
@@ -18,8 +18,8 @@ lead_resistance = Effect(
 
 leakage_inductance = Effect(
     "leakage_inductance",
-    ("electrical_impedance",),
-    "flux that misses the core stores energy: an inductance in series with the coil",
+    ("electrical_impedance", "terminals"),
+    "flux that misses the core, or that of the leads, stores energy: an inductance in series",
     "E. C. Snelling, Soft Ferrites (1988), ch. 11",
     (Strength("L", "{port}*s", text="leakage inductance"),),
     add(lambda at, p: j * at["omega"] * p["L"]),
@@ -108,6 +108,7 @@ coil_capacitance = Effect(
     (Strength("C", "s/{port}", text="capacitance across the terminals"),),
     change(lambda Z, at, p: Z / (1 + j * at["omega"] * p["C"] * Z)),
     needs=("omega",),
+    unless=("capacitance",),  # the same once more
 )
 
 
@@ -129,6 +130,7 @@ lossy_capacitance = Effect(
         Shape("R_C", "{port}", "port", 1e-3, 1.0, 3, text="resistance in series"),
     ),
     needs=("omega",),
+    unless=("capacitance",),
 )
 
 EFFECTS = (

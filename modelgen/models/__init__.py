@@ -20,6 +20,7 @@ SHIPPED = (
     "modified_dahl",
     "complex_stiffness",
     "electrodynamic_transducer",
+    "piezoelectric_transducer",
     "kelvin_voigt",
     "bouc_wen",
     "lugre",

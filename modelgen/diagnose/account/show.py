@@ -16,6 +16,7 @@ from modelgen.fit.trace import Trace, make_trace
 
 KINDS = {
     "electrical_impedance": "electrical",
+    "capacitance": "electrical",
     "mechanical_impedance": "mechanical",
     "stiffness": "mechanical",
 }
