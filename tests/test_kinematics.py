@@ -156,6 +156,15 @@ def test_rest_has_no_reversals(std: float) -> None:
         assert kinematics(t, noisy(z, 5, std)).reversals.size == 0
 
 
+def test_noise_at_rest_is_no_way_that_a_hysteresis_would_remember() -> None:
+    t = np.arange(2000) / RATE
+    z = np.round(np.interp(t, [0.0, 0.2, 0.3, 0.4, t[-1]], [0.0, 0.0, 1.0, 1.0, 0.5]), 2)
+    z = np.convolve(np.pad(z, 20, mode="edge"), np.hanning(41) / np.hanning(41).sum(), "valid")
+    k = kinematics(t, noisy(z, 6, 1e-3), 1e-3)
+    assert np.abs(np.diff(k.z)).sum() < 1.02 * np.abs(np.diff(z)).sum()
+    assert rms(k.z - z) < 1e-3
+
+
 def test_turns_are_extremes_within_the_step() -> None:
     t = np.linspace(0, 20, 301)
     k = kinematics(t, np.sin(t + 0.3))

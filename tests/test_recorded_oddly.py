@@ -7,6 +7,8 @@ import pytest
 
 from modelgen.api import read_case
 from modelgen.diagnose import diagnose
+from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
+from modelgen.diagnose.hypotheses.refit import base_starts
 from modelgen.diagnose.noise.noise import outliers
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.fit.scatter import rounding, stands
@@ -54,3 +56,17 @@ def test_steps_of_a_staircase_are_no_outliers() -> None:
     white = (x - seen)[None] / 1e-3  # the scatter between neighbours says nothing of the rounding
     assert outliers(white).any()
     assert not outliers(white, least=rounding(seen) / 1e-3).any()
+
+
+@pytest.mark.parametrize("size", [1.0, 1e2, 1e-3])
+def test_a_cycle_of_another_size_is_searched_for_in_its_own_units(tmp_path: Path, size: float) -> None:
+    rows = "\n".join(f"{f},{2.0 + f / 100},{5.0}" for f in (1.0, 5.0, 10.0))
+    (tmp_path / "k.csv").write_text(f"f [Hz],k_s [N/mm],loss_angle [deg]\n{rows}\n")
+    (tmp_path / "case.toml").write_text(
+        'model = "complex_stiffness"\n[[recording]]\nfile = "k.csv"\nrole = "fit"\n'
+        f"constants = {{ A_z = {size} }}\n"
+    )
+    model, case = load("complex_stiffness"), read_case(tmp_path / "case.toml")
+    (base,) = make_hypotheses(model, case, [make_series(model, case, r) for r in case.fit], [()])
+    k, c, h, rho = base_starts(base, 0)[1]
+    assert [k, c, h, rho] == pytest.approx([2.05, 2.05 / (20 * np.pi), 2.05 * size, 1 / size])

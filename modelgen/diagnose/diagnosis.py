@@ -17,7 +17,7 @@ from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, additions, make_
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
 from modelgen.diagnose.hypotheses.scales import port_scale, record_scales
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
-from modelgen.diagnose.noise.floor import two_parts
+from modelgen.diagnose.noise.floor import slanted, two_parts
 from modelgen.diagnose.noise.noise import masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.diagnose.noise.thin import thin
@@ -113,7 +113,11 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
     marks = tuple(outliers_of(fit.hypothesis.experiment, fit.theta, k) for k in range(len(series)))
     oddity, marks = _oddity(model, series, fit.white, marks)
     series = masked(_levelled(_referred(series, fit), fit), marks)
-    if model.is_time_model:
+    if not model.is_time_model:
+        raw = [fit.hypothesis.experiment.raw(fit.theta, k) for k in range(len(series))]
+        white = [s.whitener.apply(e) for s, e in zip(series, raw, strict=True)]
+        series = slanted(series, [s.inputs[model.axis] for s in series], white)
+    else:
         ex = replace(fit.hypothesis.experiment, series=series)
         series = tuple(errors_in_motion(ex, case, r, fit.theta, k) for k, r in enumerate(case.fit))
     base = make_hypotheses(model, case, series, [()])

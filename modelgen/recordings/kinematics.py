@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -60,7 +61,9 @@ def kinematics(t: ArrayLike, z: ArrayLike, sigma: float | None = None) -> Kinema
     **Reversals**: the direction counts only where |v| > 4 sigma_v, and an excursion only above the noise of
     the record, so that neither noise at rest nor ringing at a corner makes one. Between two stretches of
     opposite direction there is exactly one, at the extreme of z; z_turn is the extreme of the Hermite cubic
-    of (z, v) in that step, so that z[n-1] -> z_turn[n] -> z[n] is monotonic in pieces.
+    of (z, v) in that step, so that z[n-1] -> z_turn[n] -> z[n] is monotonic in pieces. With noise z is the
+    monotonic path nearest to the smoothed one between two reversals: a hysteresis would remember each
+    to-and-fro of what is left of it.
 
     Raises InputError for arrays of different or zero length, values that aren't finite, time that doesn't
     increase, a negative sigma.
@@ -145,6 +148,7 @@ def _frozen(t: Array, z: Array, found: Smooth, std: float) -> Kinematics:
     z, v, a = (np.ascontiguousarray(row) for row in found.value)
     doubt = SURE * found.std[1] + 1e-9 * np.abs(v).max()
     steps = _reversals(z, v, doubt, std + 1e-9 * float(np.ptp(z)))
+    z = _one_way(z, steps, SURE * std) if std > 0 else z
     z_turn = np.concatenate((z[:1], z[:-1]))
     z_turn[steps] = _extreme(t, z, v, steps)
     window = np.rint(found.window).astype(np.intp)
@@ -152,6 +156,22 @@ def _frozen(t: Array, z: Array, found: Smooth, std: float) -> Kinematics:
     for array in arrays:
         array.setflags(write=False)
     return Kinematics(*arrays[:5], std, *arrays[5:])
+
+
+def _one_way(z: Array, steps: NDArray[np.intp], least: float) -> Array:
+    """The monotonic path nearest to z (n,) between one reversal and the next, within `least` of it.
+
+    Noise that smoothing has left goes to and fro with every sample, a way that a hysteresis would remember.
+    """
+    from scipy.optimize import isotonic_regression
+
+    bounds = [0, *(n for n in steps.tolist() if 0 < n < z.size), z.size]
+    parts = []
+    for begin, end in pairwise(bounds):
+        part, before = z[begin:end], z[max(begin - 1, 0)]
+        parts.append(np.asarray(isotonic_regression(part, increasing=bool(part[-1] >= before)).x))
+    path = np.concatenate(parts)
+    return np.where(np.abs(path - z) < least, path, z)
 
 
 def _reversals(z: Array, v: Array, doubt: Array, least: float) -> NDArray[np.intp]:

@@ -22,20 +22,12 @@ def _dimensions(unit: str) -> tuple[float, Array]:
 
 
 def in_own_units(e: Experiment, default: Array) -> Array:
-    """θ (p,) of a time model with every parameter 1 in units made of the recordings' stroke, time and output.
+    """θ (p,) with every parameter 1 in units made of the recordings' own: stroke, time and output.
 
-    Those without a dimension, and all of a model without a displacement, stay at `default`.
+    Those without a dimension, and all of a model that knows no displacement, stay at `default`.
     """
-    inputs = {i.name: i for i in e.model.inputs}
-    rate = next((i for i in e.model.inputs if i.derived and i.derived[0] == "rate"), None)
-    if rate is None or rate.derived is None:
-        return default
-    moved = inputs[rate.derived[1]]
-    stroke = max(float(np.ptp(s.inputs[moved.name])) / 2 for s in e.series)
-    speed = max(float(np.quantile(np.abs(s.inputs[rate.name]), 0.995)) for s in e.series)
-    output = max(float(np.std(s.data)) for s in e.series)
-    sizes = [(stroke, moved.unit), (speed, rate.unit), (output, e.series[0].unit)]
-    if min(size for size, _ in sizes) <= 0:
+    sizes = _over_time(e) if e.model.is_time_model else _of_cycles(e)
+    if not sizes or min(size for size, _ in sizes) <= 0:
         return default
     known = [_dimensions(unit) for _, unit in sizes]
     logs = np.log([size * scale for (size, _), (scale, _) in zip(sizes, known, strict=True)])
@@ -48,3 +40,31 @@ def in_own_units(e: Experiment, default: Array) -> Array:
             sign = -1.0 if p.bounds[1] <= 0 else 1.0
             theta[k] = np.clip(sign * float(np.exp(made @ logs)) / scale, *p.bounds)
     return theta
+
+
+def _over_time(e: Experiment) -> list[tuple[float, str]]:
+    """Stroke, speed and spread of the output, each with its unit; none without a displacement."""
+    inputs = {i.name: i for i in e.model.inputs}
+    rate = next((i for i in e.model.inputs if i.derived and i.derived[0] == "rate"), None)
+    if rate is None or rate.derived is None:
+        return []
+    moved = inputs[rate.derived[1]]
+    stroke = max(float(np.ptp(s.inputs[moved.name])) / 2 for s in e.series)
+    speed = max(float(np.quantile(np.abs(s.inputs[rate.name]), 0.995)) for s in e.series)
+    output = max(float(np.std(s.data)) for s in e.series)
+    return [(stroke, moved.unit), (speed, rate.unit), (output, e.series[0].unit)]
+
+
+def _of_cycles(e: Experiment) -> list[tuple[float, str]]:
+    """Greatest amplitude, greatest frequency and typical output of sweeps, each with its unit; none where a
+    port knows no amplitude."""
+    names = {str(x) for p in e.model.ports for n, x in p.variables if n == "amplitude"}
+    known = next((p for p in e.model.scalar_parameters if p.name in names), None)
+    values = [] if known is None else [{**e.constants, **s.constants}.get(known.name) for s in e.series]
+    told = [abs(v) for v in values if v is not None]
+    if known is None or not told:
+        return []
+    axis = next(i for i in e.model.inputs if i.name == e.model.axis)
+    top = 2 * np.pi * max(float(np.max(s.inputs[axis.name])) for s in e.series)
+    output = max(float(np.median(np.abs(s.data[0]))) for s in e.series)
+    return [(max(told), known.unit), (top, axis.unit), (output, e.series[0].unit)]
