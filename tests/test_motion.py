@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 import modelgen as mg
+from modelgen.api import read_case
 from modelgen.diagnose import diagnose
 from modelgen.fit.experiment import experiment
 from modelgen.fit.motion import with_motion
 from modelgen.fit.series import make_series
 from modelgen.models import load
 from modelgen.recordings import Case
+from modelgen.truths import draw, write_case
+from modelgen.truths.further import further
 
 TRUE = {"k_D": 0.6797, "c_D": 0.1374, "h_D": 0.2309, "rho": 1.44, "F_0": 1.3, "r_0": -0.8}
 DAHL = mg.models.modified_dahl
@@ -105,3 +108,15 @@ def test_coverage_with_noise_of_the_displacement(z_noise: float, F_noise: float,
     size = np.abs(pulls)
     assert 0.6 < np.mean(size < 1) < 0.82
     assert np.mean(size < 3) > 0.985
+
+
+@pytest.mark.slow
+def test_errors_of_the_motion_choose_no_rival(tmp_path: Path) -> None:
+    """A low-pass of the force and a joint before a dashpot are nearly one response: what errors of a fast
+    motion lend to the one is no evidence against the other."""
+    secret = draw(203000352, "single", "force", "force_sensor_lag", noise="outliers", ratio=1.5)
+    faster = further(secret, "the same motion 25 times as fast would separate them")
+    assert faster is not None
+    case = read_case(write_case(faster, tmp_path))
+    first = diagnose(case, load(case.model)).effects[0]
+    assert "force_sensor_lag" in {first.id, *first.equivalents}

@@ -4,7 +4,8 @@ A hypothesis that smooths or shifts the model's force (a lag, a mass) also smoot
 in the motion, and gains by it although nothing of the kind is there: no covariance that all hypotheses share
 can tell the two apart. A parametric bootstrap can (B. Efron, R. Tibshirani, An Introduction to the Bootstrap
 (1993), ch. 6): let the smoothed path be the true one and the parent model the truth, add noise to both,
-smooth again, fit both.
+smooth again, fit both. So, too, of two rivals: the one that takes more of these errors leads even where the
+other is there (D. R. Cox, J. R. Stat. Soc. B 24 (1962) 406: each in turn is the truth).
 """
 
 from __future__ import annotations
@@ -15,15 +16,20 @@ from typing import Any
 
 import numpy as np
 
+from modelgen.diagnose.hypotheses.evidence import deviance
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.fit.series import Series, input_noise
 from modelgen.language import Model
 from modelgen.recordings import Case
 
+TIMES = 3
+"""Replicas of either rival: enough to tell a lead that the noise gives from one that the effect gives."""
 NOTICED = 0.95, 0.01
 """Errors of motion matter where they leave less than this share of a sample's weight, at that share of the
 samples."""
+
+Replicas = Sequence[Sequence[Series]]
 
 
 def motion_matters(series: Sequence[Series]) -> bool:
@@ -76,3 +82,30 @@ def undeserved(judge: Judge, parent: Fit, child: Fit, series: Sequence[Series]) 
     null = child.hypothesis.place(parent.hypothesis, old.theta, values)
     new = plain.fit(on(child.hypothesis, series), [child.theta, null])
     return max(0.0, old.bic - new.bic)
+
+
+def unfair(judge: Judge, best: Fit, rival: Fit, if_best: Replicas, if_rival: Replicas) -> float:
+    """What `best` leads in BIC because errors of the motion suit it, be the `rival` there or not; 0 or more.
+
+    if_best, if_rival: replicas in which the one or the other is the truth. Where `best` leads although the
+    rival is there, that lead is taken back; at most as far as the lead that was found, given the leads with
+    either truth (Student's t), speaks for the rival.
+    """
+
+    def lead(series: Sequence[Series]) -> float:
+        return _ahead(judge, *(judge.fit(on(f.hypothesis, series), [f.theta]) for f in (best, rival)))
+
+    here = _ahead(judge, best, rival)
+    leads = [np.array([lead(series) for series in made]) for made in (if_best, if_rival)]
+    means, count = [float(x.mean()) for x in leads], sum(x.size for x in leads)
+    variance = sum(float(np.sum((x - m) ** 2)) for x, m in zip(leads, means, strict=True)) / (count - 2)
+    variance = max(variance, 2 * abs(means[0] - means[1]))  # at least that of a ratio of likelihoods
+    off = [(here - m) ** 2 / (variance * (1 + 1 / x.size)) for x, m in zip(leads, means, strict=True)]
+    logs = [(count - 1) * np.log1p(x / (count - 2)) for x in off]
+    return max(0.0, min(means[1], here - float(logs[1] - logs[0])))
+
+
+def _ahead(judge: Judge, best: Fit, rival: Fit) -> float:
+    """By how much `best` fits better than `rival`, whatever their parameters cost."""
+    a, b = (deviance(judge.look(f.hypothesis, f.theta).white, judge.prior) for f in (best, rival))
+    return b - a

@@ -10,9 +10,9 @@ import numpy as np
 from modelgen.diagnose.hypotheses.evidence import levels
 from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
-from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Progress, Setting
+from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Outcome, Progress, Setting
 from modelgen.diagnose.noise.recolour import judged_anew, recolour, recolour_pairs
-from modelgen.diagnose.noise.replica import motion_matters, replicas, undeserved
+from modelgen.diagnose.noise.replica import TIMES, motion_matters, replicas, undeserved, unfair
 from modelgen.diagnose.noise.smooth_error import quietness, smooth_error, with_smooth
 from modelgen.diagnose.search.claim import gains, hidden, own_gain, worse
 from modelgen.diagnose.search.grow import grow
@@ -153,8 +153,12 @@ def _concluded(
     """
     smooth = None if s.model.is_time_model or judge.temper > 1.0 else smooth_error(judge, best)[2]
     if smooth is None:
-        look = [judge.look(f.hypothesis, f.theta) for f in (base, best, *tried)]
-        return Outcome(judge, look[0], look[1], tuple(look[2:]), blind)
+        base, best, *tried = [judge.look(f.hypothesis, f.theta) for f in (base, best, *tried)]
+        fair = _among_rivals(s, judge, best, [base, best, *tried])
+        if fair is not judge:
+            tried = [fair.look(f.hypothesis, f.theta) for f in (best, *tried)]
+            best = min((f for f in tried if len(f.ids) == len(best.ids)), key=lambda f: f.bic)
+        return Outcome(fair, base, best, tuple(tried), blind)
     lnf = [np.log(x.inputs[s.model.axis]) for x in s.series]
     plain = tuple(replace(x.whitener, ar=None) for x in s.series)
     smoothed = replace(
@@ -190,6 +194,43 @@ def _deserved(s: Setting, judge: Judge, parents: Sequence[Fit], fits: list[Fit])
         judge = replace(judge, excess={**judge.excess, child.hypothesis.key: own})
         fits = [judge.look(f.hypothesis, f.theta) if f is child else f for f in fits]
     return judge, fits
+
+
+SIMILAR = 0.1
+"""Rivals that gain all but this share of what the best one gains may be what is there in its stead."""
+RIVALS = 3
+
+
+def _among_rivals(s: Setting, judge: Judge, best: Fit, tried: Sequence[Fit]) -> Judge:
+    """The judge who takes from `best` what errors of the motion give it beside those that do nearly as
+    well."""
+    if judge.temper > 1.0 or not best.ids or not s.model.is_time_model or not motion_matters(s.series):
+        return judge
+    less = min((f for f in tried if len(f.ids) < len(best.ids)), key=lambda f: f.bic)
+    near = best.bic + SIMILAR * max(0.0, less.bic - best.bic)
+    first: dict[tuple[str, ...], Fit] = {}
+    for f in sorted(tried, key=lambda f: f.bic):
+        if best.bic + CLOSE < f.bic < near and len(f.ids) == len(best.ids) and set(f.ids) != set(best.ids):
+            first.setdefault(f.ids, f)
+    rivals = list(first.values())[:RIVALS]
+    if not rivals:
+        return judge
+
+    def made(f: Fit) -> list[tuple[Series, ...]]:
+        return [replicas(s.model, s.case, f, seed) for seed in range(TIMES)]
+
+    if_best = made(best)
+    lead = {f.hypothesis.key: unfair(judge, best, f, if_best, made(f)) for f in rivals}
+    most = max(lead.values())
+    if most == 0.0:
+        return judge
+    taken = {best.hypothesis.key: most} | {key: most - x for key, x in lead.items()}
+    excess = dict(judge.excess)
+    for f in tried:  # what holds one of them has of it what that has
+        held = [x for key, x in taken.items() if key <= f.hypothesis.key]
+        if held:
+            excess[f.hypothesis.key] = excess.get(f.hypothesis.key, 0.0) + max(held)
+    return replace(judge, excess=excess)
 
 
 def _from_there(judge: Judge, best: Fit, winner: Fit) -> Fit:
