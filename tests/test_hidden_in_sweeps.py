@@ -101,3 +101,6 @@ def test_a_dielectric_that_loses_energy(tmp_path: Path, lossy: bool) -> None:
     v = diagnose(case, load(case.model))
     assert {e.id for e in v.effects} == ({"dielectric_loss", "structural_damping"} if lossy else set())
     assert v.adequate is not lossy
+    if lossy:  # what is shown at the dielectric's port is the dielectric's alone
+        assert v.curve is not None and v.curve.port == "electrical"
+        assert np.median(np.abs(v.curve.implied + 0.018j * C)) < 0.05 * 0.018 * C

@@ -82,7 +82,7 @@ def port_curve(
     slope = sensitivities[name]
     raw = [best.hypothesis.experiment.raw(best.theta, k) for k in range(len(setting.series))]
     left = np.concatenate([-(e[0] + 1j * e[1]) for e in raw])
-    law = _law(setting, best, slope)
+    law = _law(setting, best, slope, name)
     equation = next(p.equation for p in setting.model.ports if KINDS.get(p.kind) == name)
     x = np.concatenate([s.inputs[setting.model.axis] for s in setting.series])
     sigma = np.concatenate([1 / np.maximum(np.abs(s.whitener.weight), 1e-300) for s in setting.series])
@@ -95,14 +95,15 @@ def port_curve(
     )  # fmt: skip
 
 
-def _law(setting: Setting, best: Fit, slope: Array) -> Array | None:
-    """The change of the output that the effects make at the best fit, as a quantity at the port (first
+def _law(setting: Setting, best: Fit, slope: Array, port: str) -> Array | None:
+    """The change of the output that the effects at `port` make at the best fit, as a quantity there (first
     order)."""
-    if not best.hypothesis.added:
+    here = [a for a in best.hypothesis.added if a.port.name == port] or best.hypothesis.added
+    if not here:
         return None
     e = best.hypothesis.experiment
     theta = best.theta.copy()
-    for a in best.hypothesis.added:
+    for a in here:
         for q in a.effect.strengths:
             theta[e.layout.names.index(f"{a.id}_{q.name}")] = q.null
     parts = []
