@@ -5,7 +5,8 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from modelgen.fit.colour import factor, smeared, through
+from modelgen.fit.colour import coloured, factor, smeared, through
+from modelgen.fit.series import Whitener
 
 
 @pytest.mark.parametrize(("a", "variance"), [((1.0, -0.9, 0.1), 0.3), ((1.0, -0.5), 1.0)])
@@ -27,3 +28,30 @@ def test_the_factor_is_that_of_the_dense_covariance(a: tuple[float, ...], varian
     for k in range(len(band)):
         lower += np.diag(band[k, : n - k], -k)
     assert np.allclose(lower @ lower.T, wanted, rtol=0, atol=1e-12 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize("power", [0.25, 0.5, 0.75])
+def test_noise_that_falls_with_a_power_of_the_frequency_is_one_number(power: float) -> None:
+    rng = np.random.default_rng(1)
+    n = 2000
+    spectrum = np.fft.rfft(rng.standard_normal(8 * n))
+    spectrum[1:] /= np.arange(1.0, len(spectrum)) ** power
+    spectrum[0] = 0
+    x = np.fft.irfft(spectrum)[:n]
+    x = (x - x.mean()) / x.std()
+    plain = Whitener(np.ones((1, n)))
+    (found,) = coloured([plain], [x[None]], 12, slow=True)
+    assert found.slow and found.order == 1
+    assert found.ar is not None and -found.ar[1] == pytest.approx(power)
+    white = found.colour(x[None])[0]
+    spectrum = np.abs(np.fft.rfft(white)) ** 2
+    low, high = spectrum[2:40].mean(), spectrum[-300:].mean()
+    assert 0.5 < low / high < 2.0
+
+
+def test_white_noise_and_a_short_memory_are_not_slow() -> None:
+    rng = np.random.default_rng(2)
+    e = rng.standard_normal(2000)
+    for x, order in ((e, 0), (lfilter([1], [1, -0.6], e), 1)):
+        (found,) = coloured([Whitener(np.ones((1, 2000)))], [x[None]], 12, slow=True)
+        assert not found.slow and found.order == order

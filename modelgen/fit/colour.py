@@ -27,6 +27,10 @@ WIDEST = 24
 LEVELS = (1.0, 4.0)
 """Variances of the errors of motion, in what was stated or estimated for them, among which the likelihood
 chooses."""
+SLOW = (0.25, 0.5, 0.75)
+"""Powers of 1/f that slow noise falls with in amplitude."""
+MEMORY = 64
+"""Samples that its filter looks back, at a third of a record or less."""
 CLEAN = 8
 """Power of a row's smallest share by which it counts in an AR's estimate: what is half other noise,
 hardly."""
@@ -82,24 +86,42 @@ def filtered(a: Array, x: Array) -> Array:
     return np.asarray(out)
 
 
-def coloured(whiteners: Sequence[Whitener], white: Sequence[Array], most: int) -> tuple[Whitener, ...]:
+def fractional(power: float, memory: int) -> Array:
+    """(memory + 1,) whitening filter (1 − B)^power of noise of amplitude 1/f^power, B the shift by a sample.
+
+    J. R. M. Hosking, Biometrika 68 (1981) 165, eq. 2.2: c_k = c_{k−1} (k − 1 − power)/k.
+    """
+    k = np.arange(1.0, memory + 1)
+    return np.concatenate([[1.0], np.cumprod((k - 1 - power) / k)])
+
+
+def flattened(x: Array) -> Array:
+    """A record x (n,) without the slope of its spectrum: the filter of SLOW, or none, that leaves least."""
+    return min((x, *(filtered(fractional(power, MEMORY), x) for power in SLOW)), key=lambda y: float(y @ y))
+
+
+def coloured(
+    whiteners: Sequence[Whitener], white: Sequence[Array], most: int, slow: bool = False
+) -> tuple[Whitener, ...]:
     """Whiteners with the colour of the residuals `white` (which they left), one filter a recording.
 
-    Whichever of the two kinds of noise is the likelier. All whiteners of a recording have the same
-    determinant,
-    so that sums of squares compare as likelihoods.
+    Whichever of the two kinds of noise is the likelier; slow: or noise that falls with a power of the
+    frequency. All whiteners of a recording have the same determinant, so that sums of squares compare as
+    likelihoods.
     """
-    return tuple(_coloured(w, x, most) for w, x in zip(whiteners, white, strict=True))
+    return tuple(_coloured(w, x, most, slow) for w, x in zip(whiteners, white, strict=True))
 
 
-def _coloured(w: Whitener, white: Array, most: int) -> Whitener:
+def _coloured(w: Whitener, white: Array, most: int, slow: bool) -> Whitener:
     share = np.ones(white.shape[1]) if w.share is None else w.share
     used = share > 0
-    plain = replace(w, ar=None, undo=None, band=None)
+    plain = replace(w, ar=None, undo=None, band=None, slow=False)
     tried = [(plain, 0)]
     a = autoregression(white, most, used.astype(float))
     if len(a) > 1:
         tried.append((_banded(plain, white, a, used.astype(float), used, None), len(a) - 1))
+        if slow and white.shape[1] >= 3 * MEMORY:
+            tried.append((replace(_falling(plain, white, used), slow=True), 1))
     if w.smear is not None and np.mean(share[used] < 0.95) > 0.01:
         undo = np.where(used, share, 1.0)
         own = autoregression(white / undo, most, share)
@@ -111,6 +133,13 @@ def _coloured(w: Whitener, white: Array, most: int) -> Whitener:
     n = int(used.sum()) * len(white)
     price = [n * np.log(np.sum(v.colour(white) ** 2)) + p * np.log(n) for v, p in tried]
     return tried[int(np.argmin(price))][0]
+
+
+def _falling(w: Whitener, x: Array, used: Array) -> Whitener:
+    """`w` with the filter of SLOW that leaves least."""
+    filters = [fractional(power, MEMORY) for power in SLOW]
+    a = min(filters, key=lambda a: float(np.sum(filtered(a, x) ** 2)))
+    return _banded(w, x, a, used.astype(float), used, None)
 
 
 def _banded(w: Whitener, x: Array, a: Array, clean: Array, used: Array, more: Array | None) -> Whitener:
@@ -182,7 +211,7 @@ def factor(a: Array, s2: float, more: Array, further: Array | None = None) -> Ar
 
     p, n = len(a) - 1, len(more)
     band = np.zeros((min(p + 1, n), n)) if further is None else further.copy()
-    for k in range(min(p + 1, n)):
+    for k in range(min(p + 1, n)) if np.any(more) else ():
         for j in range(k, p + 1):
             first = max(0, j - k)
             band[k, first : n - k] += a[j] * a[j - k] * more[first + k - j : n - j]

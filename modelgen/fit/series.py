@@ -31,7 +31,7 @@ class Whitener:
     along the samples; undo: (n,) share that is divided out before it (noise that adds to a coloured one,
     instead of modulating it); band: (order + 1, n), lower banded Cholesky factor of the covariance of what
     the filter leaves. smear: (n,) half-widths, in samples, over which the noise that `share` allows for is
-    correlated.
+    correlated. slow: whether the filter is that of a power of the frequency: one number, however long.
     """
 
     weight: Array
@@ -41,6 +41,12 @@ class Whitener:
     smear: Array | None = None
     undo: Array | None = None
     band: Array | None = None
+    slow: bool = False
+
+    @property
+    def order(self) -> int:
+        """Numbers that describe the colour."""
+        return 0 if self.ar is None else 1 if self.slow else len(self.ar) - 1
 
     def apply(self, e: Array) -> Array:
         """Whiten residuals or their derivatives: (channels, n) or (channels, columns, n), same shape back."""

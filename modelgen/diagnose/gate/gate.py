@@ -230,11 +230,13 @@ def _mean_square(white: list[Array]) -> float:
 
 
 def _noise_words(setting: Setting, outcome: Outcome, after: float, stated: bool) -> str:
-    colour = [w.ar for w in outcome.judge.whiteners if w.ar is not None and len(w.ar) > 1]
+    colour = [w for w in outcome.judge.whiteners if w.order]
     level = f"{np.sqrt(after):.2f} times the {'stated' if stated else 'local'} level"
     words = f"residual of the best hypothesis at {level}"
-    if colour:
-        words += f", coloured (autoregressive, order up to {max(len(a) for a in colour) - 1})"
+    if any(w.slow for w in colour):
+        words += ", coloured (it falls with a power of the frequency)"
+    elif colour:
+        words += f", coloured (autoregressive, order up to {max(w.order for w in colour)})"
     if any(w.root is not None for w in outcome.judge.whiteners):
         words += ", with a smooth calibration error in its covariance"
     return words

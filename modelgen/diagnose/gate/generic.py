@@ -205,11 +205,10 @@ def _own_colours(whiteners: Sequence[Whitener], white: Sequence[Array], rest: Ar
         at += x.size
         parts = []
         for z in (x, y):
-            own = coloured([replace(w, ar=None)], [z], order)[0]
+            own = coloured([replace(w, ar=None)], [z], order, slow=order == COLOUR_TIME)[0]
             used = own.colour(z)[z != 0]
-            taken = 0 if own.ar is None else len(own.ar) - 1
             parts.append(
-                used.size * float(np.log(np.mean(used**2))) + taken * float(np.log(max(used.size, 2)))
+                used.size * float(np.log(np.mean(used**2))) + own.order * float(np.log(max(used.size, 2)))
             )
         total += parts[0] - parts[1]
     return total

@@ -6,6 +6,7 @@ import numpy as np
 
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.fit.colour import flattened
 from modelgen.fit.series import Array
 from modelgen.language import Model
 
@@ -51,7 +52,7 @@ def line(model: Model, fit: Fit, n: int) -> Leftover:
     total = np.zeros(len(grid))
     for t, x in series:
         size = 4 * len(x)
-        power = np.abs(np.fft.rfft(x - x.mean(), size)) ** 2
+        power = np.abs(np.fft.rfft(flattened(x - x.mean()), size)) ** 2
         reach = 120
         around = np.lib.stride_tricks.sliding_window_view(np.pad(power, reach, mode="reflect"), 2 * reach + 1)
         ratio = power / np.maximum(np.median(around[::8], axis=1).repeat(8)[: len(power)] / np.log(2), 1e-300)

@@ -29,7 +29,7 @@ def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judg
     if gross(s, white) and not _smooth(s, judge, best, white):
         new = Judge(plain, judge.prior, correlation_length(white), judge.excess)
         return new, new.look(base.hypothesis, base.theta), [new.look(f.hypothesis, f.theta) for f in fits]
-    filters = coloured(plain, white, s.colour)
+    filters = coloured(plain, white, s.colour, s.model.is_time_model)
     uneven = [
         local_level(w.colour(e)) if s.model.is_time_model else np.ones(e.shape[1])
         for w, e in zip(filters, white, strict=True)
@@ -37,7 +37,7 @@ def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judg
     if any(np.any(u != 1) for u in uneven):
         plain = tuple(w.scaled(u) for w, u in zip(plain, uneven, strict=True))
         white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
-        filters = coloured(plain, white, s.colour)
+        filters = coloured(plain, white, s.colour, s.model.is_time_model)
     before = judge.temper > 1.0 or any(w.ar is not None for w in judge.whiteners)
     if not before and all(w.ar is None for w in filters) and all(np.all(u == 1) for u in uneven):
         return judge, base, fits
@@ -112,9 +112,9 @@ def own_colour(s: Setting, judge: Judge, f: Fit) -> float:
     """
     plain = tuple(replace(w, ar=None) for w in judge.whiteners)
     white = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(plain)]
-    own = coloured(plain, white, s.colour)
+    own = coloured(plain, white, s.colour, s.model.is_time_model)
     innovations = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(own)]
-    orders = sum(0 if w.ar is None else len(w.ar) - 1 for w in own)
+    orders = sum(w.order for w in own)
     size = max(float(np.sqrt(np.mean(e[e != 0] ** 2))) if np.any(e) else 0.0 for e in white)
     if s.model.is_time_model or any(x.measure == "real" for x in s.series):
         return bic(innovations, judge.prior, f.parameters, orders, robust=True) + 2 * size

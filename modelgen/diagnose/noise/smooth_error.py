@@ -17,7 +17,7 @@ from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.fit.series import Array, Series, Whitener
 from modelgen.fit.together import Together, smooth_modes
 
-LENGTHS = (0.15, 0.3, 0.6, 1.2)
+LENGTHS = (0.15, 0.3, 0.6, 1.2, 2.4)
 """Correlation lengths in ln f that are tried."""
 SIZES = (0.35, 0.7, 1.4, 2.8, 5.6)
 """Sizes in standard deviations of the independent noise."""

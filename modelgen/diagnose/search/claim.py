@@ -19,7 +19,7 @@ WORSE = 1.1
 """A claim may leave this many times the misfit of the recordings as they are, and no more: what smooths the
 errors of a differentiated motion gains under a filter and is further from the data."""
 MOSTLY = 0.25
-"""Share of the evidence that coloured noise must leave, or it may be that."""
+"""Share of the evidence that coloured noise must leave: with less, it may be that, and more is asked."""
 FAR = 2.3
 """Residuals this many times the noise are looked into further, although no single effect explains them."""
 
@@ -48,11 +48,11 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     if old.ids and _far(new) and misfit(new) > SEEN * misfit(old):
         return False
     own = own_gain(s, judge, old, new)
-    if s.model.is_time_model or len(old.ids) != 1:
-        slow = s.model.is_time_model and own < MOSTLY * (old.bic - new.bic)  # noise of 1/f has no order
-        return own > (3 * alarm if slow else alarm)
-    # a second effect in sweeps is smooth, as coloured noise is: where it may be mostly that, more is asked
-    return own > (2 * alarm if own < MOSTLY * (old.bic - new.bic) else 0.0)
+    mostly = own < MOSTLY * (old.bic - new.bic)
+    if s.model.is_time_model:
+        return own > (3 * alarm if mostly else alarm)  # noise of 1/f has no order
+    # what an effect does to sweeps is smooth, as coloured noise and errors of the instrument are
+    return own > (2 * alarm if mostly else alarm if len(old.ids) != 1 else 0.0)
 
 
 def worse(s: Setting, old: Fit, new: Fit) -> bool:
