@@ -16,6 +16,7 @@ from modelgen.truths import elements as el
 from modelgen.truths.drive import Motion
 from modelgen.truths.scoring import score
 from modelgen.truths.secret import DOMAINS, NOISES_OF, NotDetectable, Secret, seal, unseal
+from modelgen.truths.solve import CHOSEN, tangents
 
 FOLDER = Path(truths.__file__).parent
 W = 2 * np.pi * np.geomspace(1, 1e4, 60)
@@ -312,6 +313,20 @@ def test_a_pair_shows_both():
     secret = drawing.draw(2, "pair", "impedance")
     first, second = secret.effects
     assert secret.d2[first] >= drawing.PAIR_DEPTH and secret.d2[second] >= drawing.PAIR_DEPTH
+
+
+def test_another_form_of_one_effect_is_no_second_one():
+    """A Maxwell branch that is slower by a little: the base and its size alone can't follow, its form can."""
+    one = drawing.draw(4, "single", "impedance", "maxwell_branch")
+    form = one.strength["maxwell_branch"]
+    scene = drawing.scene_of(one)
+    slower = scene.simulate({"maxwell_branch": {**form, "at": 0.97 * float(form["at"])}})
+    changes = tangents(scene, one.strength, "maxwell_branch")
+    assert len(changes) == sum(name not in CHOSEN for name in form) == 2
+    rest = [b - a for a, b in zip(scene.simulate(one.strength), slower, strict=True)]
+    moved = [plain + change for plain, change in zip(scene.simulate({}), rest, strict=True)]
+    size_only, whole = scene.refit(moved, changes[:1]).d2, scene.refit(moved, changes).d2
+    assert whole < 0.05 * size_only
 
 
 def test_a_longer_sweep_warms_the_coil_for_longer():

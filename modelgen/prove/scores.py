@@ -70,7 +70,7 @@ class Goal:
 
 
 def depth(row: Row) -> float:
-    """The smallest d² that a concealed effect leaves (of a pair: the other one known)."""
+    """The smallest d² that a concealed effect leaves (of a pair: the other one there, whatever its form)."""
     return min((v for k, v in row["d2"].items() if k != "all"), default=0.0)
 
 
@@ -148,6 +148,7 @@ COLUMNS: tuple[tuple[str, Mark], ...] = (
     ("in set", lambda r: r.get("in_set")),
     ("port", lambda r: r.get("port")),
     ("both of pair", lambda r: r.get("both")),
+    ("both in sets", lambda r: r.get("both_in_sets")),
     ("unknown", lambda r: r.get("unknown")),
     ("misnamed", lambda r: r.get("misnamed")),
     ("one too many", superfluous),

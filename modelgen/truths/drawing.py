@@ -12,7 +12,7 @@ import numpy as np
 from . import force, force_draw, gmm, gmm_draw, impedance, impedance_draw, stiffness
 from .noise import draw_levels
 from .secret import DOMAINS, KINDS, NOISES, NOISES_OF, NotDetectable, Secret, family
-from .solve import Refit, Scene, size_for, tangent
+from .solve import Refit, Scene, size_for, tangents
 
 Rng = np.random.Generator
 DRAWS: dict[str, ModuleType] = {
@@ -29,7 +29,7 @@ ABSORBED = {
     "force": ("contact_damping",),
     "stiffness": (),
 }
-PAIR_DEPTH = 40.0  # each of a pair leaves at least this d² when the other is known
+PAIR_DEPTH = 40.0  # each of a pair leaves at least this d² when the other is there, whatever its form
 
 
 def sizes(domain: str) -> dict[str, tuple[float, float]]:
@@ -178,11 +178,11 @@ def conceal(rng: Rng, plain: Secret, d2: tuple[float, float], ratio: float | Non
 
 
 def _together(scene: Scene, strength: Mapping[str, Mapping[str, Any]]) -> tuple[dict[str, float], Refit]:
-    """d² of each effect with the others' sizes free, and the base model nearest to all."""
+    """d² of each effect with all numbers of the others' forms free, and the base model nearest to all."""
     y = scene.simulate(strength)
     depth = {}
     for effect in strength:
-        others = [tangent(scene, strength, o) for o in strength if o != effect]
+        others = [dy for o in strength if o != effect for dy in tangents(scene, strength, o)]
         depth[effect] = scene.refit(y, others).d2
         if depth[effect] < PAIR_DEPTH:
             raise NotDetectable(f"{effect}: hidden by {', '.join(o for o in strength if o != effect)}")

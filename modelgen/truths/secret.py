@@ -60,8 +60,8 @@ class Secret:
     seed      of the noise
     variant   a law of the effect that differs from the textbook one, "" otherwise
     setup     what was recorded and what the case states as known
-    d2        effect -> whitened squared misfit that the best base model leaves (for pairs: given the other
-              effect); "all" -> of everything that is concealed
+    d2        effect -> whitened squared misfit that the best base model leaves (for pairs: beside the other
+              effect, whatever its form); "all" -> of everything that is concealed
     bent      parameter -> ln of its value in the best base model over its true one
     bent_std  the same in standard deviations that the noise alone would give
     ratio     rms of the best base model's residual over that of the noise

@@ -97,14 +97,21 @@ def explained(y: Responses, base: Responses) -> float:
     return 1 - float(np.mean(lost.sum(axis=1) / spread.sum(axis=1)))
 
 
-def tangent(scene: Scene, strength: Strength, effect: str) -> Responses:
-    """Change of the responses with the size of one effect, by a central difference at its strength."""
-    size, step = float(strength[effect]["size"]), 0.02
-    up, down = (
-        scene.simulate({**strength, effect: {**strength[effect], "size": size * (1 + s)}})
-        for s in (step, -step)
-    )
-    return [(a - b) / (2 * step) for a, b in zip(up, down, strict=True)]
+CHOSEN = ("law", "sign", "side", "power", "layers", "smooth")
+"""What of an effect's form is one of a few, and not a number that a fit may change."""
+
+
+def tangents(scene: Scene, strength: Strength, effect: str) -> list[Responses]:
+    """Changes of the responses with the logarithm of each number of one effect's form (its size among them),
+    by central differences at its strength."""
+    form, step, found = strength[effect], 0.02, []
+    for name in (n for n, v in form.items() if n not in CHOSEN and float(v) != 0):
+        up, down = (
+            scene.simulate({**strength, effect: {**form, name: float(form[name]) * (1 + s)}})
+            for s in (step, -step)
+        )
+        found.append([(a - b) / (2 * step) for a, b in zip(up, down, strict=True)])
+    return found
 
 
 def size_for(

@@ -74,8 +74,9 @@ def _promising(
         for x in scores:
             if x.addition.id in f.ids:
                 continue
-            # what the base's residual hides may lie elsewhere: beside the best fit all shapes are tried
-            points = None if k == 0 and s.cheap else points_of(x)
+            # what the base's residual hides may lie elsewhere: beside the best fit all shapes are tried, of
+            # records those that resonate
+            points = None if k == 0 and (s.cheap or x.scouts) else points_of(x)
             again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 2, points)
             reach = f.bic - SLACK * _evidence(again.gain, f, judge) - beam[0].bic
             if again.starts and reach < -ALARM:

@@ -157,14 +157,13 @@ def _slope(
     low = np.array([h.experiment.layout.parameters[i].bounds[0] for i in index])
     high = np.array([h.experiment.layout.parameters[i].bounds[1] for i in index])
     null = at[index]
-    wrong = (null + step < low) | (null + step > high)
-    if (wrong.any() and len(names) == 1) or wrong.all():
+    step = np.clip(null + step, low, high) - null  # as far as its bounds let it
+    if not step.any():
         # the strength would have the sign that physics forbids: a small start in the allowed direction all
         # the same
         allowed = np.where(low >= null, 1.0, -1.0)
         small = allowed * 0.1 / np.sqrt(np.maximum(size, 1e-300))
         return 0.0, dict(zip(names, (np.clip(null + small, low, high)).tolist(), strict=True))
-    step[wrong] = 0.0
     gain = float(tangent.r @ tangent.r - np.sum((tangent.r + rest @ step) ** 2))
     return gain, dict(zip(names, (null + step).tolist(), strict=True))
 

@@ -19,7 +19,7 @@ from modelgen.diagnose.search.grow import grow
 from modelgen.diagnose.search.joint import joint
 from modelgen.diagnose.search.screen import Score
 from modelgen.diagnose.search.singles import from_singles, screened
-from modelgen.diagnose.search.swap import better_of, other_laws, parts, swapped
+from modelgen.diagnose.search.swap import better_of, exchanged, parts, swapped
 from modelgen.fit.series import Series
 
 MOST = 3
@@ -49,12 +49,11 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
         progress(0.6, "fitting")
     judge, first = _deserved(s, judge, [base], first)
     best, grown, tried = base, first, {f.hypothesis.key: f for f in first}
-    beam: list[Fit] = []
     for depth in range(1, MOST + 1):
         if depth > 1:
             if progress:
                 progress(0.5 + 0.15 * depth, f"looking for {'a second' if depth == 2 else 'a third'} effect")
-            judge, base, best, grown = _deeper(s, judge, base, best, beam, scores, first)
+            judge, base, best, grown = _deeper(s, judge, base, best, grown, scores, first)
             if not grown:
                 break
             tried |= {f.hypothesis.key: f for f in grown}
@@ -66,11 +65,14 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
             best = winner
         elif not hidden(s, judge, best, winner, depth):
             break
-        beam = sorted(grown, key=lambda f: f.bic)[: s.beam]
     if len(best.ids) > 1 and not s.cheap:
-        laws = other_laws(s, base, judge, best, scores)
-        tried |= {f.hypothesis.key: f for f in laws}
-        best = min([best, *(f for f in laws if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
+        others = exchanged(s, base, judge, best, scores)
+        if min(f.bic for f in others) < best.bic:
+            judge, others = _deserved(s, judge, [base, *first], others)
+        known = [tried[f.hypothesis.key] for f in others if f.hypothesis.key in tried]
+        known = [judge.look(f.hypothesis, f.theta) for f in known]
+        tried |= {f.hypothesis.key: f for f in better_of(known, others)}
+        best = min([best, *(f for f in others if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
     best, less = _pruned(s, judge, base, best, list(tried.values()))
     best = base if worse(s, base, best) else best  # under the last colour
     return _concluded(s, judge, base, best, better_of(list(tried.values()), less), blind, singles)
@@ -101,15 +103,17 @@ def _deeper(
     judge: Judge,
     base: Fit,
     best: Fit,
-    beam: Sequence[Fit],
+    before: Sequence[Fit],
     scores: Sequence[Score],
     first: Sequence[Fit],
 ) -> tuple[Judge, Fit, Fit, list[Fit]]:
-    """Judge, base and best, and fits with one effect more than those of the beam."""
-    depth = 1 + len(beam[0].ids)
+    """Judge, base and best, and fits with one effect more than the best of those before."""
+    depth = 1 + len(before[0].ids)
     if not s.model.is_time_model:  # the colour that wrong hypotheses leave hides what would be right
         judge = replace(white_judge(s.series), prior=judge.prior, temper=judge.temper)
-        base, best, *beam = [judge.look(f.hypothesis, f.theta) for f in (base, best, *beam)]
+        base, best = (judge.look(f.hypothesis, f.theta) for f in (base, best))
+        before, first = ([judge.look(f.hypothesis, f.theta) for f in fits] for fits in (before, first))
+    beam = sorted(before, key=lambda f: f.bic)[: s.beam]
     grown = grow(s, base, judge, beam, scores, first)
     if not grown:
         return judge, base, best, []

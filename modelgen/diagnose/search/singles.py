@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Setting
 from modelgen.diagnose.noise.recolour import gross
+from modelgen.diagnose.search.far import BENT, beyond_scatter
 from modelgen.diagnose.search.screen import Score, Tangent, score
 from modelgen.diagnose.search.swap import better_of
 from modelgen.fit.experiment import initial_parameters
-from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
 
 ASIDE = (0.97, 1.0, 1.03)
@@ -70,15 +68,12 @@ def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score])
 
 FAINT = 0.1
 """Part of what the first order promises from which descents start, too."""
-BENT = 1.1
-"""Residuals this many times the scatter between neighbours: the first orders of a
-bent base tell little."""
 
 
 def _scouted(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]) -> list[Fit]:
     """`fits` of sweeps by what was `seen`, again where the first order has led astray: from little of an
     effect where it reached too far, and, while no fit is near the noise, from wherever resonances may lie."""
-    bent = _off(min(fits, key=lambda f: f.chi2, default=base)) > BENT
+    bent = beyond_scatter(min(fits, key=lambda f: f.chi2, default=base)) > BENT
     found = []
     for x, f in zip(seen, fits, strict=False):
         starts = [x.hypothesis.place(base.hypothesis, base.theta, v) for v in x.scouts] if bent else []
@@ -89,19 +84,11 @@ def _scouted(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]
     return found
 
 
-def _off(f: Fit) -> float:
-    """How many times as large as the scatter between neighbours a fit's residuals are."""
-    over = [
-        float(np.mean(x**2)) / local_scatter(x) ** 2 for e in plain_white(f) for x in e if x.size > FEWEST
-    ]
-    return float(np.sqrt(np.mean(over))) if over else 1.0
-
-
 def _beside(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]) -> list[Fit]:
     """`fits` of sweeps by what was `seen`, those of resonances that are behind the best one again from where
     that has taken the base's own parameters: a base that is bent far hides where its rivals resonate."""
     best = min(fits, key=lambda f: f.bic, default=base)
-    if base.bic - best.bic < ALARM or _off(base) < FAR:
+    if base.bic - best.bic < ALARM or beyond_scatter(base) < FAR:
         return list(fits)
     there = judge.look(base.hypothesis, best.hypothesis.values_of(best.theta, base.hypothesis))
     tangent = Tangent.of(*judge.tangent(there))
@@ -120,8 +107,6 @@ FAR = 2.0
 """… this many times: the base is bent far."""
 SCOUTS = 6
 """Descents that go on: in a narrow resonance they are slow at first."""
-FEWEST = 15
-"""Samples that tell a scatter."""
 
 
 def _faint(x: Score, base: Fit, values: Mapping[str, float]) -> Array:

@@ -9,14 +9,15 @@ from itertools import product
 from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import Setting
+from modelgen.diagnose.search.far import BENT, beyond_scatter
 from modelgen.diagnose.search.grow import points_of
 from modelgen.diagnose.search.screen import Score, Tangent, score
 from modelgen.fit.series import Array
 
-ROUNDS = 3
+ROUNDS = 4
 """Exchanges one after another."""
-BEST = 8
-"""Effects that are tried in the place of one."""
+BEST, FEW = 8, 3
+"""Effects that are tried in the place of one, and where fits are dear."""
 LOOSE = 3.0
 """Those that promise to leave so many times the χ² of the best are not."""
 CROSSED = 2
@@ -34,27 +35,27 @@ def swapped(s: Setting, base: Fit, judge: Judge, fits: Sequence[Fit], scores: Se
     found = {f.hypothesis.key: f for f in sorted(fits, key=lambda f: -f.bic)}
     if not fits or not s.cheap:
         return list(fits)
-    done: set[Key] = set()
+    done: set[tuple[Key, bool]] = set()
+    every = False
     for _ in range(ROUNDS):
         best = min(found.values(), key=lambda f: f.bic)
-        places = [a for a in best.hypothesis.added if best.hypothesis.key - {a.key} not in done]
-        done |= {best.hypothesis.key - {a.key} for a in places}
-        _keep(found, [f for a in places for f in _exchanges(s, base, judge, best, a, scores)])
+        places = [a for a in best.hypothesis.added if (best.hypothesis.key - {a.key}, every) not in done]
+        done |= {(best.hypothesis.key - {a.key}, every) for a in places}
+        most = len(scores) if every else BEST
+        _keep(found, [f for a in places for f in _exchanges(s, base, judge, best, a, scores, most)])
         if len(best.ids) == 2:
             _keep(found, _crossed(s, judge, best, found))
-        if min(f.bic for f in found.values()) > best.bic - 1.0:
+        stays = min(f.bic for f in found.values()) > best.bic - 1.0
+        if stays and (every or len(best.ids) != 2 or beyond_scatter(best) < BENT):
             break
+        every = stays  # first orders tell little of what is far: before a pair that leaves much is kept, all
     return list(found.values())
 
 
-def other_laws(s: Setting, base: Fit, judge: Judge, best: Fit, scores: Sequence[Score]) -> list[Fit]:
-    """`best` with each of its effects in other laws of the same physics: a beam follows what gains first."""
-    found: list[Fit] = []
-    for a in best.hypothesis.added:
-        laws = [x for x in scores if x.addition.id == a.id and x.addition.port.name == a.port.name]
-        if len(laws) > 1:
-            found += _exchanges(s, base, judge, best, a, laws)
-    return found
+def exchanged(s: Setting, base: Fit, judge: Judge, best: Fit, scores: Sequence[Score]) -> list[Fit]:
+    """`best` with each of its effects exchanged for other laws of the same physics, and for the few others
+    that promise most: a beam follows what gains first. Where fits are dear."""
+    return [f for a in best.hypothesis.added for f in _exchanges(s, base, judge, best, a, scores, FEW)]
 
 
 def parts(s: Setting, judge: Judge, best: Fit) -> list[Fit]:
@@ -74,9 +75,15 @@ def _keep(found: dict[Key, Fit], fits: Sequence[Fit]) -> None:
 
 
 def _exchanges(
-    s: Setting, base: Fit, judge: Judge, best: Fit, old: Addition, scores: Sequence[Score]
+    s: Setting,
+    base: Fit,
+    judge: Judge,
+    best: Fit,
+    old: Addition,
+    scores: Sequence[Score],
+    most: int,
 ) -> list[Fit]:
-    """Fits with other effects in the place of `old`, and of the rest alone.
+    """Fits with other effects, the `most` promising, in the place of `old`, and of the rest alone.
 
     They are scored from the values that the rest has beside `old`, where what is missing may be too much for
     a derivative; and from the rest's own optimum, which may be far from the truth. What the base alone can
@@ -92,8 +99,9 @@ def _exchanges(
     for f in (beside, alone):
         for p in _scored(base, judge, f, usable):
             found.setdefault(p.addition.key, []).append(p)
-    chosen = sorted(found.values(), key=_least)[:BEST]
-    chosen = [c for c in chosen if _least(c) < LOOSE * _least(chosen[0])]
+    chosen = sorted(found.values(), key=_least)[:most]
+    if most < len(scores):
+        chosen = [c for c in chosen if _least(c) < LOOSE * _least(chosen[0])]
     always = [a.key for a in (x.addition for x in usable if x.blind) if a.port.name == old.port.name]
     always += [x.addition.key for x in usable if x.addition.id == old.id]
     chosen += [found[key] for key in dict.fromkeys(always) if key in found and found[key] not in chosen]
