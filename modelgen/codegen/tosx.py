@@ -4,6 +4,7 @@ symbol."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -76,7 +77,8 @@ class Translator:
         """The SX of a sympy expression."""
         memo = {} if memo is None else memo
         if e not in memo:
-            memo[e] = ca.SX(self._sx(e, memo))
+            x = self._sx(e, memo)
+            memo[e] = x if isinstance(x, ca.SX) else ca.SX(x)
         return memo[e]
 
     def _sx(self, e: Any, memo: dict[Any, Any]) -> Any:
@@ -108,22 +110,20 @@ class Translator:
 
     def _sum(self, e: Any, memo: dict[Any, Any]) -> Any:
         total: Any = 0
-        for a in e.as_ordered_terms() if len(e.args) < 12 else e.args:
-            negative = a.could_extract_minus_sign()
-            total = total - self.sx(-a, memo) if negative else total + self.sx(a, memo)
+        for negative, a in _terms(e):
+            total = total - self.sx(a, memo) if negative else total + self.sx(a, memo)
         return total
 
     def _product(self, e: Any, memo: dict[Any, Any]) -> Any:
-        top: Any = 1
+        top: Any = None
         bottom: Any = None
-        for a in e.args:
-            if isinstance(a, sp.Pow) and a.exp.is_Integer and a.exp < 0:
-                factor = self.sx(a.base ** (-a.exp), memo)
-                bottom = factor if bottom is None else bottom * factor
-            elif a.is_Rational and a.q != 1 and a.p == 1:
-                bottom = ca.SX(int(a.q)) if bottom is None else bottom * int(a.q)
+        for below, a in _factors(e):
+            x = self.sx(a, memo)
+            if below:
+                bottom = x if bottom is None else bottom * x
             else:
-                top = self.sx(a, memo) if isinstance(top, int) and top == 1 else top * self.sx(a, memo)
+                top = x if top is None else top * x
+        top = 1 if top is None else top
         return top if bottom is None else top / bottom
 
     def _power(self, e: Any, memo: dict[Any, Any]) -> Any:
@@ -191,13 +191,44 @@ class Translator:
 
     def derivative(self, call: Call, index: int) -> Any:
         """∂f/∂(argument `index`) of an opaque function, as SX."""
-        dummies = [sp.Dummy(f"x{i}", real=True) for i in range(len(call.args))]
+        dummies, slope = _slope(call.sympy, len(call.args), index)
         inner = Translator({}, set(self.complex_names), self.j, self.calls, self._known)
         for d, a, t in zip(dummies, call.args, call.takes, strict=True):
             inner.env[_key(d)] = a
             if t == "complex" or (t == "any" and call.function in ("cpow", "clog") and d is dummies[0]):
                 inner.complex_names.add(_key(d))
-        return inner.sx(call.sympy(*dummies).fdiff(index + 1))
+        return inner.sx(slope)
+
+
+# what sympy takes long to find out, of expressions that models have in common
+
+
+@lru_cache(maxsize=16384)
+def _terms(e: Any) -> tuple[tuple[bool, Any], ...]:
+    """Terms of a sum in order, as (whether it is taken off, term)."""
+    terms = e.as_ordered_terms() if len(e.args) < 12 else e.args
+    return tuple((True, -a) if a.could_extract_minus_sign() else (False, a) for a in terms)
+
+
+@lru_cache(maxsize=16384)
+def _factors(e: Any) -> tuple[tuple[bool, Any], ...]:
+    """Factors of a product in order, as (whether it divides, factor)."""
+    found = []
+    for a in e.args:
+        if isinstance(a, sp.Pow) and a.exp.is_Integer and a.exp < 0:
+            found.append((True, a.base ** (-a.exp)))
+        elif a.is_Rational and a.q != 1 and a.p == 1:
+            found.append((True, sp.Integer(a.q)))
+        else:
+            found.append((False, a))
+    return tuple(found)
+
+
+@lru_cache(maxsize=1024)
+def _slope(function: Any, count: int, index: int) -> tuple[tuple[sp.Dummy, ...], Any]:
+    """Arguments, and ∂f/∂(argument `index`)."""
+    dummies = tuple(sp.Dummy(f"x{i}", real=True) for i in range(count))
+    return dummies, function(*dummies).fdiff(index + 1)
 
 
 def _key(symbol: Any) -> str:
