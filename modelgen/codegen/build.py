@@ -113,7 +113,7 @@ def _built(
 ) -> list[tuple[dict[str, Source], Path]]:
     """Sources by key, group by group, with the library of each: while one group is compiled, C of the next
     is written."""
-    keys, size = list(models), max(2, -(-len(models) // GROUPS))
+    keys, size = list(models), max(4, -(-len(models) // GROUPS))
     made = []
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         for start in range(0, len(keys), size):

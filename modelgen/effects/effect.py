@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from math import inf
 from typing import Any
 
@@ -222,6 +223,7 @@ def unit_of(model: Model, variable: Any) -> str:
 NAMED = ("1", "kg", "H", "F", "ohm", "1/ohm", "N/m", "m/N", "N", "s")
 
 
+@lru_cache(maxsize=1024)
 def _tidy(unit: str) -> str:
     """A unit as people write it: "(N)/(mm)**3" → "N/mm³", "(N·s/m)*s" → "kg"."""
     from modelgen.units import factor, tidy

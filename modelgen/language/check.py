@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
@@ -63,37 +64,38 @@ def _check_use(model: Model) -> None:
     """Every symbol is declared, and an equation is used only after it stands."""
     scalars = [p.name for p in model.scalar_parameters]
     for condition in model.conditions:
-        for symbol in condition.expr.free_symbols:
-            if symbol.name not in scalars:
+        for name in sorted(_names(condition.expr)):
+            if name not in scalars:
                 raise InputError(
-                    f"model '{model.id}', condition '{condition.says}': '{symbol.name}' is no parameter"
-                    f"{did_you_mean(symbol.name, scalars)}"
+                    f"model '{model.id}', condition '{condition.says}': '{name}' is no parameter"
+                    f"{did_you_mean(name, scalars)}"
                 )
     states = {s.name for s in model.states}
     known = {i.name for i in model.inputs} | {p.name for p in model.parameters}
     known |= {p.name for p in model.scalar_parameters} | states
     at_first = known - states
     for s in model.statements:
-        for symbol in s.initial.free_symbols if isinstance(s, State) else ():
-            if symbol.name not in at_first:
+        for name in sorted(_names(s.initial)) if isinstance(s, State) else ():
+            if name not in at_first:
                 raise InputError(
-                    f"model '{model.id}', state '{s.name}': its initial value uses '{symbol.name}', "
+                    f"model '{model.id}', state '{s.name}': its initial value uses '{name}', "
                     "wanted inputs and parameters alone"
                 )
         own = {s.name} if isinstance(s, Implicit) else set()
         for e in _expressions(s):
-            for symbol in e.free_symbols:
-                if symbol.name not in known | own:
-                    later = (
-                        " (it stands further down)"
-                        if symbol.name in {x.name for x in model.statements}
-                        else ""
-                    )
-                    raise InputError(
-                        f"model '{model.id}', equation '{s.name}': '{symbol.name}' is not declared{later}"
-                        f"{did_you_mean(symbol.name, known) if not later else ''}"
-                    )
+            for name in sorted(_names(e) - known - own):
+                later = " (it stands further down)" if name in {x.name for x in model.statements} else ""
+                raise InputError(
+                    f"model '{model.id}', equation '{s.name}': '{name}' is not declared{later}"
+                    f"{did_you_mean(name, known) if not later else ''}"
+                )
         known.add(s.name)
+
+
+@lru_cache(maxsize=4096)
+def _names(expr: Any) -> frozenset[str]:
+    """What an expression uses; models that share equations ask for it again and again."""
+    return frozenset(symbol.name for symbol in expr.free_symbols)
 
 
 class _UnitError(Exception):

@@ -182,11 +182,13 @@ def make_hypotheses(
     out."""
     made: list[tuple[tuple[Addition, ...], Model, Any]] = []
     count = sum(s.data.size for s in series)
+    known: dict[tuple[Addition, ...], Model] = {(): model}  # sets begin alike
     for added in sets:
-        extended = model
         try:
-            for a in added:
-                extended = a.extend(extended)
+            for k, a in enumerate(added, 1):
+                if added[:k] not in known:
+                    known[added[:k]] = a.extend(known[added[: k - 1]])
+            extended = known[added]
             layout = make_layout(extended, case, series)
         except InputError:
             continue
