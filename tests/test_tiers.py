@@ -13,14 +13,15 @@ import numpy as np
 import pytest
 
 from modelgen import ToolError, models
-from modelgen.codegen import Function, instant
+from modelgen.codegen import Function, build_many, instant
+from modelgen.codegen.build import default_wrt
 from modelgen.codegen.roofline import example
 from modelgen.codegen.tiers import Tiers
 from modelgen.models import SHIPPED, kelvin_voigt
 
 BANDS = {  # [Hz], of the papers' own measurements: below and above, derivatives are small differences
     "magnetostrictive_transducer": (500, 5000), "electrodynamic_transducer": (10, 5000),
-    "complex_stiffness": (1, 10),
+    "complex_stiffness": (1, 10), "piezoelectric_transducer": (1e3, 1e6),
 }  # fmt: skip
 Build = Callable[..., Function]
 AT = np.linspace(1e-3, 0.5, 50)
@@ -30,7 +31,7 @@ MOTION = {"t": AT, "z": 0.4 * np.sin(12 * AT)}
 @pytest.fixture
 def fresh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Build:
     """`build` with nothing in the cache."""
-    from modelgen.codegen.build import _build, default_wrt
+    from modelgen.codegen.build import _build
 
     monkeypatch.setenv("MODELGEN_CACHE", str(tmp_path))
     return lambda model: _build.__wrapped__(model, default_wrt(model))
@@ -142,3 +143,26 @@ def test_a_forked_child_compiles_for_itself(tmp_path: Path) -> None:
     )
     done = run(forked, tmp_path)
     assert (done.returncode, done.stderr, done.stdout.split()[1:]) == (0, "", ["10", "10"])
+
+
+def test_code_in_memory_gives_way_to_a_library_of_the_same_bits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Models built together answer from memory, as text in the cache; what is worked in long becomes a
+    library, which rounds every operation alike."""
+    monkeypatch.setenv("MODELGEN_CACHE", str(tmp_path))
+    pairs = [(m, default_wrt(m)) for m in (models.complex_stiffness, models.modified_dahl, kelvin_voigt)]
+    for again in (False, True):  # kept as text, then as a library
+        for F, (model, _) in zip(build_many(pairs), pairs, strict=True):
+            at = example(model, 200)
+            ready, measure = F.prepare(**at), F.code.source.measures[0]
+            theta = ready.p[F.free]
+            slow, code = ready.jacobian(theta, measure), F.code
+            assert isinstance(code.library, Path if again else instant.Memory)
+            if code.rise is not None:
+                code.rise.worked(10.0)
+                assert code.rise._library is not None
+                assert isinstance(code.rise._library.result().library, Path)
+                assert code.addresses is code.rise._library.result().addresses
+            for a, b in zip(slow, ready.jacobian(theta, measure), strict=True):
+                assert np.array_equal(a, b, equal_nan=True) and np.isfinite(a).any()

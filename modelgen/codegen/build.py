@@ -17,11 +17,12 @@ import numpy as np
 from modelgen.codegen.compiler import FAST, QUICK, cache_folder, compile_library, find_compiler
 from modelgen.codegen.emit import Kernel, Source, emit, templates_folder
 from modelgen.codegen.function import Function
-from modelgen.codegen.instant import Memory
+from modelgen.codegen.instant import Memory, available
 from modelgen.codegen.program import build_program
 from modelgen.codegen.real import Work
-from modelgen.codegen.tiers import Code, Tiers
+from modelgen.codegen.tiers import AGAIN, WORTH, Code, Rise, Tiers
 from modelgen.codegen.unity import unite
+from modelgen.errors import ToolError
 from modelgen.files import write_atomically
 from modelgen.language import Model
 
@@ -56,8 +57,9 @@ def build(model: Model, wrt: Sequence[str] | None = None, *, wait: bool = False)
 def _build(model: Model, wrt: tuple[str, ...]) -> Function:
     key = _key(model, wrt, ALL, None, FAST)
     kept = _remembered(key)
-    if kept is not None:
-        return _function(model, wrt, Tiers(lambda: Code(*kept)))
+    if kept is not None and kept[1] is not None:
+        source, library = kept[0], kept[1]
+        return _function(model, wrt, Tiers(lambda: Code(source, library)))
     program = build_program(model, wrt)
     sketch = program.copy()  # emitting adds to a program, and both are emitted at the same time
 
@@ -86,33 +88,54 @@ def build_many(
     measures: Sequence[str] | None = None,
     quick: bool = True,
 ) -> list[Function]:
-    """Compile many models at once, a few libraries in all; `quick` saves time at the compiler. Order is kept.
+    """Compile many models at once. Order is kept.
 
-    `measures` limits the kernels to what is compared with data ("complex", "modulus", "phase", "real").
+    `quick` saves time at the compiler: in memory where that is possible, and only what fits work in for long
+    as libraries, which round alike; else a few libraries in all. `measures` limits the kernels to what is
+    compared with data ("complex", "modulus", "phase", "real").
     """
     level = QUICK if quick else FAST
     keys = [_key(m, wrt, kernels, measures, level) for m, wrt in models]
     found = {k: _remembered(k) for k in set(keys)}
     missing = {k: mw for k, mw in zip(keys, models, strict=True) if found[k] is None}
     if missing:
-        for sources, library in _built(missing, kernels, measures, level):
+        at_once = quick and len(missing) > 1 and available()
+        for sources, library in _built(missing, kernels, measures, None if at_once else level):
             for k, source in sources.items():
                 found[k] = (source, library)
                 _remember(k, source, library)
-    codes = {k: Code(*pair) for k, pair in found.items() if pair is not None}
+    codes = {
+        k: _code(k, *kept, WORTH if k in missing else AGAIN) for k, kept in found.items() if kept is not None
+    }
     return [
         _function(m, w, Tiers(partial(codes.__getitem__, k))) for k, (m, w) in zip(keys, models, strict=True)
     ]
+
+
+def _code(key: str, source: Source, library: Path | None, worth: float) -> Code:
+    """The library, or the code in memory that gives way to it once it is `worth` the compiler."""
+    if library is not None:
+        return Code(source, library)
+
+    def make() -> Code:
+        library = _compile([source], QUICK)
+        _remember(key, source, library)
+        return Code(source, library)
+
+    try:
+        return Code(source, Memory(source.source), Rise(make, worth))
+    except ToolError:  # a system that lets nobody write code to memory
+        return make()
 
 
 def _built(
     models: Mapping[str, tuple[Model, tuple[str, ...]]],
     kernels: Sequence[str],
     measures: Sequence[str] | None,
-    level: tuple[str, ...],
-) -> list[tuple[dict[str, Source], Path]]:
-    """Sources by key, group by group, with the library of each: while one group is compiled, C of the next
-    is written."""
+    level: tuple[str, ...] | None,
+) -> list[tuple[dict[str, Source], Path | None]]:
+    """Sources by key, group by group, with the library of each (None without a `level`): while one group is
+    compiled, C of the next is written."""
     keys, size = list(models), max(4, -(-len(models) // GROUPS))
     made = []
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
@@ -122,8 +145,9 @@ def _built(
                 model, wrt = models[k]
                 prefix = "" if len(models) == 1 else f"{model.id}_{k[:10]}"
                 sources[k] = emit(build_program(model, wrt), kernels, prefix, measures)
-            made.append((sources, pool.submit(_compile, list(sources.values()), level)))
-        return [(sources, library.result()) for sources, library in made]
+            library = level and pool.submit(_compile, list(sources.values()), level)
+            made.append((sources, library))
+        return [(sources, library.result() if library else None) for sources, library in made]
 
 
 def _compile(sources: list[Source], level: tuple[str, ...]) -> Path:
@@ -161,22 +185,26 @@ def _key(
     return hashlib.sha256(repr(parts).encode() + _code_version().encode()).hexdigest()[:24]
 
 
-def _remembered(key: str) -> tuple[Source, Path] | None:
-    """A model built before, without its text; None when it is not there whole."""
+def _remembered(key: str) -> tuple[Source, Path | None] | None:
+    """A model built before: its library, or its text while it has none; None when it is not there whole."""
     try:
         kept = json.loads((cache_folder() / f"{key}.json").read_text())
-        library = cache_folder() / kept.pop("library")
+        name = kept.pop("library")
+        library = cache_folder() / name if name else None
         kernels = tuple(Kernel(**k | {"work": Work(*k["work"])}) for k in kept.pop("kernels"))
         equations = tuple((n, bool(c)) for n, c in kept.pop("equations"))
         for name in ("measures", "outputs", "complex_outputs"):
             kept[name] = tuple(kept[name])
-        return (Source(kernels=kernels, equations=equations, **kept), library) if library.exists() else None
+        whole = available() if library is None else library.exists()
+        return (Source(kernels=kernels, equations=equations, **kept), library) if whole else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
 
-def _remember(key: str, source: Source, library: Path) -> None:
-    kept = asdict(source) | {"library": library.name, "header": "", "source": ""}
+def _remember(key: str, source: Source, library: Path | None) -> None:
+    kept = asdict(source) | (
+        {"library": library.name, "header": "", "source": ""} if library else {"library": ""}
+    )
     kept["kernels"] = [k | {"code": ""} for k in kept["kernels"]]
     write_atomically(cache_folder() / f"{key}.json", json.dumps(kept), parents=True)
 

@@ -22,7 +22,8 @@ FAST = ("-O3", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast")
 twice."""
 QUICK = ("-Og", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off")
 """For code that is compiled to be run a few times: as fast as by -O1, in half the time at the compiler. Every
-operation rounds, so that a kernel gives the same numbers whatever it is compiled together with."""
+operation rounds, so that a kernel gives the same numbers whatever it is compiled together with, and in
+memory."""
 
 
 @dataclass(frozen=True)

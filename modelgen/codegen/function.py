@@ -107,7 +107,8 @@ class Function:
 
     Calls, `jacobian` and `all` are answered by what is there: the optimised library or, as long as that is
     being compiled, the same C compiled in memory (equal but for rounding, and slower). `prepare`, and with it
-    every fit, waits for the library, as does `code`. What the compiler complains of, the next call raises.
+    every fit, waits for the library, as does `code`; models built together, whose code in memory is equal bit
+    for bit, are fitted in that meanwhile. What the compiler complains of, the next call raises.
     """
 
     model: Model

@@ -61,6 +61,11 @@ def _tiny() -> Any:
     return library
 
 
+def available() -> bool:
+    """Whether this machine has the compiler."""
+    return _tiny() is not None
+
+
 class Memory:
     """C compiled in memory, there as long as this object is; functions by attribute, as of a CDLL."""
 

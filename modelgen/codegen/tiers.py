@@ -21,19 +21,50 @@ from modelgen.errors import ToolError
 
 GRACE = 0.1
 """Seconds that the library waits for a first answer, whose time it would take away."""
+WORTH, AGAIN = 0.1, 0.03
+"""Seconds that fits may work in slow code before the compiler's time is worth it: what it takes itself, and
+less for code that was kept from an earlier run, as there may be more of them."""
 _SIZE, _POINTER = ctypes.c_size_t, ctypes.c_void_p
+
+
+class Rise:
+    """The library that code in memory gives way to, compiled in a thread of its own once fits have worked in
+    that code for long. Both must round alike, bit by bit, so that no number depends on when."""
+
+    def __init__(self, make: Callable[[], Code], worth: float):
+        self._make, self._left = make, worth
+        self._library: Future[Code] | None = None
+
+    def worked(self, seconds: float) -> None:
+        """Fits have worked for so long."""
+        self._left -= seconds
+        if self._left < 0 and self._library is None:
+            self._library = _compilers().submit(self._make)
+
+    def there(self) -> Code | None:
+        """The library, if it is done. Raises what the compiler complained of."""
+        return self._library.result() if self._library is not None and self._library.done() else None
 
 
 @dataclass(frozen=True, eq=False)
 class Code:
-    """Kernels of a model, loaded: what they are, and the library (a file, or memory) that holds them."""
+    """Kernels of a model, loaded: what they are, and the library (a file, or memory) that holds them.
+
+    rise: what it gives way to.
+    """
 
     source: Source
     library: Path | Memory
+    rise: Rise | None = None
 
-    @cached_property
+    @property
     def addresses(self) -> dict[str, Any]:
         """Kernels by name, ready to be called. They are there as long as this object."""
+        better = self.rise and self.rise.there()
+        return better.addresses if better else self._own
+
+    @cached_property
+    def _own(self) -> dict[str, Any]:
         home = ctypes.CDLL(str(self.library)) if isinstance(self.library, Path) else self.library
         found = {}
         for k in self.source.kernels:

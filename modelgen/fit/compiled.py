@@ -7,6 +7,7 @@ import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from time import thread_time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -76,6 +77,12 @@ class Compiled:
                 kept.append(r.begun(row, block))
         return own, kept
 
+    def _worked(self, begun: float) -> None:
+        """Tell code that may rise how long it was worked in."""
+        for rise in {r.prepared.code.rise for r in self.recordings}:
+            if rise is not None:
+                rise.worked(thread_time() - begun)
+
     def residuals(self, theta: Array) -> Array:
         """Whitened residuals (N,), recording by recording, in each channel by channel."""
         (table, keep), theta = self.tables(apart=True), np.ascontiguousarray(theta, dtype=float)
@@ -86,12 +93,14 @@ class Compiled:
 
     def columns(self, theta: Array, wanted: Sequence[int]) -> Array:
         """The columns `wanted` of their Jacobian, (N, len(wanted)), each in one piece."""
-        (table, keep), theta = self.tables(apart=True), np.ascontiguousarray(theta, dtype=float)
+        begun, (table, keep) = thread_time(), self.tables(apart=True)
+        theta = np.ascontiguousarray(theta, dtype=float)
         which = np.array(wanted, dtype=np.int64)
         found = np.empty((len(which), sum(r.size for r in self.recordings)))
         at = (ctypes.addressof(table), len(table), address(theta), address(which), *found.shape)
         library().mg_noise_columns(*at, address(found))
         del keep
+        self._worked(begun)
         return found.T
 
     def values(self, thetas: Array, threads: int | None = None) -> Array:
@@ -132,13 +141,15 @@ class Compiled:
         history = np.zeros(settings[0])
 
         def some(part: slice) -> None:
-            run, (table, keep) = Descent(*box, *settings, beyond), self.tables()
+            begun, (table, keep) = thread_time(), self.tables()
+            run = Descent(*box, *settings, beyond)
             trace = history if m == 1 else np.zeros(settings[0])
             for k in range(part.start, part.stop):
                 counts[0, k] = run.run(theta[k], table, trace)
                 theta[k], value[k] = run.theta, run.value
                 counts[1:, k] = run.s.evaluations, run.s.iteration
             del keep
+            self._worked(begun)
 
         parts = 4 * (threads or cores()) if m * self.samples * 30 > WORTH else 1
         share(some, slices(m, parts), threads)

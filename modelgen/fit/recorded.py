@@ -96,6 +96,8 @@ class Recorded:
         """Complete the table of one run: its own noise, which works in `block`; to be kept meanwhile."""
         own = Noise()
         ctypes.memmove(ctypes.addressof(own), ctypes.addressof(self._noise), ctypes.sizeof(own))
+        if self.prepared.code.rise is not None:  # a library may be there by now
+            own.values, own.jacobian = self._kernel("values"), self._kernel("jacobian")
         own.block = -(-address(block) // (8 * LANES)) * 8 * LANES
         row.work = ctypes.addressof(own)
         return own
