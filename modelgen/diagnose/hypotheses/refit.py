@@ -68,7 +68,8 @@ class Judge:
 
     `temper` > 1 where even the best hypothesis leaves far more than noise: the correlation length of what is
     left, in samples, by which evidence is divided. Residuals of wrong models are no independent data.
-    excess: BIC that a hypothesis (by its key) gains from errors of the motion alone; it is taken back.
+    excess: BIC that a hypothesis (by its key) gains from errors of the motion alone; it is taken back. Less
+    than 0 where they take it away.
     smooth: an instrument's error that nobody stated, which the whiteners count as noise.
     """
 

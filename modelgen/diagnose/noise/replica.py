@@ -87,9 +87,8 @@ def undeserved(judge: Judge, parent: Fit, child: Fit, series: Sequence[Series]) 
 def unfair(judge: Judge, best: Fit, rival: Fit, if_best: Replicas, if_rival: Replicas) -> float:
     """What `best` leads in BIC because errors of the motion suit it, be the `rival` there or not; 0 or more.
 
-    if_best, if_rival: replicas in which the one or the other is the truth. Where `best` leads although the
-    rival is there, that lead is taken back; at most as far as the lead that was found, given the leads with
-    either truth (Student's t), speaks for the rival.
+    if_best, if_rival: replicas in which the one or the other is the truth. Where `best` clearly leads
+    although the rival is there, its lead says no more than how likely it is with either truth (Student's t).
     """
 
     def lead(series: Sequence[Series]) -> float:
@@ -102,7 +101,8 @@ def unfair(judge: Judge, best: Fit, rival: Fit, if_best: Replicas, if_rival: Rep
     variance = max(variance, 2 * abs(means[0] - means[1]))  # at least that of a ratio of likelihoods
     off = [(here - m) ** 2 / (variance * (1 + 1 / x.size)) for x, m in zip(leads, means, strict=True)]
     logs = [(count - 1) * np.log1p(x / (count - 2)) for x in off]
-    return max(0.0, min(means[1], here - float(logs[1] - logs[0])))
+    clearly = means[1] > 2 * np.sqrt(variance / leads[1].size)
+    return max(0.0, here - float(logs[1] - logs[0])) if clearly else 0.0
 
 
 def _ahead(judge: Judge, best: Fit, rival: Fit) -> float:

@@ -206,8 +206,7 @@ RIVALS = 3
 
 
 def _among_rivals(s: Setting, judge: Judge, best: Fit, tried: Sequence[Fit]) -> Judge:
-    """The judge who takes from `best` what errors of the motion give it beside those that do nearly as
-    well."""
+    """The judge who gives to those that do nearly as well as `best` what errors of the motion give it."""
     if judge.temper > 1.0 or not best.ids or not s.model.is_time_model or not motion_matters(s.series):
         return judge
     less = min((f for f in tried if len(f.ids) < len(best.ids)), key=lambda f: f.bic)
@@ -224,17 +223,13 @@ def _among_rivals(s: Setting, judge: Judge, best: Fit, tried: Sequence[Fit]) -> 
         return [replicas(s.model, s.case, f, seed) for seed in range(TIMES)]
 
     if_best = made(best)
-    lead = {f.hypothesis.key: unfair(judge, best, f, if_best, made(f)) for f in rivals}
-    most = max(lead.values())
-    if most == 0.0:
-        return judge
-    taken = {best.hypothesis.key: most} | {key: most - x for key, x in lead.items()}
     excess = dict(judge.excess)
-    for f in tried:  # what holds one of them has of it what that has
-        held = [x for key, x in taken.items() if key <= f.hypothesis.key]
-        if held:
-            excess[f.hypothesis.key] = excess.get(f.hypothesis.key, 0.0) + max(held)
-    return replace(judge, excess=excess)
+    for rival in rivals:
+        lead = unfair(judge, best, rival, if_best, made(rival))
+        for f in tried:  # what holds the rival is as much better
+            if lead and rival.hypothesis.key <= f.hypothesis.key:
+                excess[f.hypothesis.key] = excess.get(f.hypothesis.key, 0.0) - lead
+    return judge if excess == judge.excess else replace(judge, excess=excess)
 
 
 def _from_there(judge: Judge, best: Fit, winner: Fit) -> Fit:
