@@ -156,18 +156,18 @@ def test_null_is_the_old_model_and_its_derivative_tells(model: str, e: Effect, p
     assert rms[1] == pytest.approx(rms[0], rel=0.1)
 
 
-def test_all_effects_compose() -> None:
-    for m in MODELS:
-        model, done = replace(load(m), checked=True), {}
-        for e in CATALOGUE:
-            for port in e.fits(load(m)):
-                p = e.parameters(model, port)
-                model = e.extend(model, port)
-                done |= {p[q.name].name: q.null for q in e.strengths}
-                done |= {p[q.name].name: shape_value(q, m) for q in e.shapes}
-        old = outputs(load(m), base(m)[1])
-        new = outputs(model, Reading(model)(inputs(m), **done))
-        assert np.allclose(new, old, rtol=1e-11, atol=1e-12 * np.abs(old).max()), m
+@pytest.mark.parametrize("m", MODELS)
+def test_all_effects_compose(m: str) -> None:
+    model, done = replace(load(m), checked=True), {}
+    for e in CATALOGUE:
+        for port in e.fits(load(m)):
+            p = e.parameters(model, port)
+            model = e.extend(model, port)
+            done |= {p[q.name].name: q.null for q in e.strengths}
+            done |= {p[q.name].name: shape_value(q, m) for q in e.shapes}
+    old = outputs(load(m), base(m)[1])
+    new = outputs(model, Reading(model)(inputs(m), **done))
+    assert np.allclose(new, old, rtol=1e-11, atol=1e-12 * np.abs(old).max()), m
 
 
 # -- effects of the user's own -------------------------------------------------------------------------------
