@@ -225,6 +225,9 @@ MODELS = {
     SPRING.replace("R + j * f * X", "Max(R, j * f * X)"): "complex numbers have no order, in Max",
     SPRING.replace('outputs=("Z",)', 'outputs=("z",)'): "output 'z' is no equation, did you mean 'Z'",
     SPRING.replace('"X"', '"X;exit(1)"'): "is not a name",
+    SPRING.replace('("Z",))', '("Z",), ports=(Port("a", "terminals", "z"),))'): (
+        "port 'a' of kind 'terminals': 'z' is no equation, did you mean 'Z'"
+    ),
     SPRING.replace("coil =", "cool ="): "has no 'coil', did you mean 'cool'",
     SPRING + "raise ValueError('no')\n": "line 7: ValueError: no",
     SPRING + "import no_such_module\n": "line 7: ModuleNotFoundError",
@@ -255,6 +258,20 @@ def test_a_model_of_the_user_is_found_beside_its_case(
     os.chdir(elsewhere)
     assert main(["fit", "../case.toml"]) == 0
     assert "coil" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("ports", ["", ', ports=(Port("a", "terminal", "Z"),)'])
+def test_a_model_that_no_effect_fits_is_judged_all_the_same(
+    ports: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "coil.py").write_text(SPRING.replace('("Z",))', f'("Z",){ports})'))
+    (folder / "case.toml").write_text(
+        CASE.replace("electrodynamic_transducer", "coil.py:coil").replace("M_m", "R")
+    )
+    assert main(["diagnose", "case.toml"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "which no effect explains" in said
+    assert ("no effect knows the kind 'terminal', did you mean 'terminals'?" in said) is bool(ports)
 
 
 def test_a_page_of_another_format_is_refused(folder: Path, refused: Run) -> None:

@@ -67,13 +67,14 @@ def diagnose(
     from modelgen.effects import CATALOGUE
 
     begun = time.perf_counter()
-    _check_kinds(effects or (), model, {k for e in CATALOGUE for k in e.kinds})
     catalogue = (*CATALOGUE, *(effects or ()))
+    _check_kinds(effects or (), model, {k for e in CATALOGUE for k in e.kinds})
     if progress:
         progress(0.02, "reading")
     case, notes = thin(model, case)
     ground = prepare(model, case, seed)
     seen = (*unresolved(model, ground.series), *mirrored(model, case, ground.base, seed))
+    notes = (*notes, *_unknown_kinds(model, catalogue))
     ground = replace(ground, notes=(*notes, *seen, *ground.notes))
     if progress:
         progress(0.15, "base fitted")
@@ -94,6 +95,13 @@ def _check_kinds(effects: Sequence[Effect], model: Model, known: set[str]) -> No
                 f"effect '{e.id}': no kind of port '{kind}' ({model.id} has {', '.join(sorted(here))})"
                 f"{did_you_mean(kind, known | here)}"
             )
+
+
+def _unknown_kinds(model: Model, catalogue: Sequence[Effect]) -> tuple[str, ...]:
+    """Notes on ports whose kind no effect knows, though it is near to one: rather a slip of the pen."""
+    known = {k for e in catalogue for k in e.kinds}
+    near = ((p, did_you_mean(p.kind, known)) for p in model.ports if p.kind not in known)
+    return tuple(f"port '{p.name}': no effect knows the kind '{p.kind}'{n}" for p, n in near if n)
 
 
 def prepare(model: Model, case: Case, seed: int) -> Ground:

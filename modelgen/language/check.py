@@ -50,6 +50,12 @@ def _check_names(model: Model) -> None:
             )
     if not model.outputs:
         raise InputError(f"model '{model.id}' has no output")
+    for port in model.ports:
+        if port.equation not in names:
+            raise InputError(
+                f"model '{model.id}', port '{port.name}' of kind '{port.kind}': '{port.equation}' is no "
+                f"equation{did_you_mean(port.equation, names)}"
+            )
 
 
 def _expressions(s: Any) -> list[Any]:

@@ -63,7 +63,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
         best = _from_there(judge, best, winner)
         if winner is not best and gains(s, judge, base, best, winner):
             best = winner
-        elif not hidden(s, judge, best, winner, depth):
+        elif not grown or not hidden(s, judge, best, winner, depth):
             break
     if len(best.ids) > 1 and not s.cheap:
         others = exchanged(s, base, judge, best, scores)
