@@ -63,6 +63,21 @@ def test_the_output_of_a_fit(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
         assert line in readme, line
 
 
+def test_the_output_of_a_diagnosis(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """README shows what the command prints; the page writes the law as people do."""
+    monkeypatch.chdir(ROOT)
+    page = tmp_path / "report.html"
+    case = "examples/mre_elastomer/case.toml"
+    assert main(["diagnose", case, "--report", str(page), "--out", str(tmp_path)]) == 0
+    readme = " ".join((ROOT / "README.md").read_text().split())
+    printed = capsys.readouterr().out.split("Extended model")[0]
+    assert " ".join(printed.split()) in readme
+    law = re.sub("<.*?>", "", page.read_text().split("The law")[1].split("</p>")[0])
+    assert "C·(j·ω)α" in law, law
+
+
 def test_a_model_by_field_and_the_output_of_its_fit_and_loops(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
 ) -> None:

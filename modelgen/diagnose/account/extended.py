@@ -9,8 +9,9 @@ from typing import Any
 
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.setting import Setting
+from modelgen.effects.effect import UNIT_OMEGA
 from modelgen.fit.result import Estimate
-from modelgen.language import ComplexParameter, Equation, Model, Parameter, State
+from modelgen.language import ComplexParameter, Equation, Model, Parameter, State, powj
 
 
 def extended(
@@ -61,15 +62,17 @@ def _laws(before: Model, after: Model, best: Fit) -> list[tuple[str, Any]]:
 
 
 def _readable(expr: Any) -> Any:
-    """An expression as people write it: j, and clip(x, −g, g) for what is held within ±g."""
-    from sympy import Function, I, Piecewise, Symbol
+    """An expression as people write it: j, (jω)^α with ω in rad/s, and clip(x, −g, g) for what is held within
+    ±g."""
+    from sympy import Function, I, Mul, Piecewise, Pow, Symbol
 
     def clipped(x: Any) -> bool:
         return isinstance(x, Piecewise) and len(x.args) == 3 and x.args[0][0] == -x.args[1][0]
 
-    clip = Function("clip")
+    clip, j = Function("clip"), Symbol("j")
     short = expr.replace(clipped, lambda x: clip(x.args[2][0], x.args[1][0], x.args[0][0]))
-    return short.xreplace({I: Symbol("j")})
+    short = short.xreplace({I: j} | {x: 1 for x in short.free_symbols if x.name == UNIT_OMEGA.name})
+    return short.replace(powj, lambda w, n: Pow(Mul(j, w, evaluate=False), n, evaluate=False))
 
 
 def _change(s: State) -> tuple[str, Any]:
