@@ -1,14 +1,10 @@
 """The colour of noise: autoregression (AR) of a residual, beside further noise that comes and goes.
 
 Noise y = x + d on a sample, x an AR process of one variance, d independent with a variance D of each sample
-(errors
-of the motion that act through the model; infinite where a sample is not believed). With A the AR filter, A
-y has
-the banded covariance s² + A D Aᵀ, whose Cholesky factor L whitens exactly: L⁻¹ A y. The first samples have
-the
-covariance of the stationary process. The rival is noise whose level as a whole is modulated: x alone, over
-its
-level.
+(errors of the motion that act through the model; infinite where a sample is not believed). With A the AR
+filter, A y has the banded covariance s² + A D Aᵀ, whose Cholesky factor L whitens exactly: L⁻¹ A y. The first
+samples have the covariance of the stationary process. The rival is noise whose level as a whole is modulated:
+x alone, over its level.
 """
 
 from __future__ import annotations
@@ -163,8 +159,7 @@ def beside(w: Whitener, rows: Array) -> Whitener:
 
 def smeared(variance: Array, width: Array) -> Array:
     """(n, 2 m + 1) rows of a matrix R, centred on its diagonal: R Rᵀ is the covariance of what noise leaves
-    in a
-    derivative by local polynomials.
+    in a derivative by local polynomials.
 
     variance, width: (n,) of it, and half-widths in samples (those beyond WIDEST count as that: little is left
     there). The rows are those of Savitzky and Golay (Anal. Chem. 36 (1964) 1627), order 5.
@@ -183,10 +178,9 @@ def smeared(variance: Array, width: Array) -> Array:
 def _autocovariance(a: Array) -> Array:
     """(p + 1,) of autoregressive noise, innovations of variance 1: Σ_j a_j γ_|k−j| = δ_k (Yule, Walker)."""
     p = len(a) - 1
+    k, j = np.mgrid[: p + 1, : p + 1]
     equations = np.zeros((p + 1, p + 1))
-    for k in range(p + 1):
-        for j in range(p + 1):
-            equations[k, abs(k - j)] += a[j]
+    np.add.at(equations, (k, abs(k - j)), a[j])
     return np.asarray(np.linalg.solve(equations, np.eye(1, p + 1)[0]))
 
 
@@ -195,31 +189,48 @@ def through(a: Array, rows: Array) -> Array:
     `rows` of R, (n, 2 m + 1)."""
     p, n = len(a) - 1, len(rows)
     width = p + rows.shape[1]
-    turned = np.zeros((n, width))  # A R, row i from column i − p − m on
+    turned = np.zeros((width, n))  # A R, its column i beginning with row i − p − m
     for j in range(p + 1):
-        turned[j:, p - j : width - j] += a[j] * rows[: n - j]
+        turned[p - j : width - j, j:] += a[j] * rows.T[:, : n - j]
     band = np.zeros((min(width, n), n))
     for k in range(len(band)):
-        band[k, : n - k] = np.einsum("ij,ij->i", turned[: n - k, k:], turned[k:, : width - k])
+        band[k, : n - k] = np.einsum("ji,ji->i", turned[k:, : n - k], turned[: width - k, k:])
     return band
 
 
 def factor(a: Array, s2: float, more: Array, further: Array | None = None) -> Array:
     """Lower banded Cholesky factor of s² + A D Aᵀ + `further`, the first samples stationary; D = `more`
-    (n,); further: as `through` gives it."""
-    from scipy.linalg import cholesky_banded, toeplitz
+    (n,); further: as `through` gives it.
+
+    Without `further`, what is neither first nor reached by a D is independent of the rest, and left out.
+    """
+    from scipy.linalg import cholesky_banded
 
     p, n = len(a) - 1, len(more)
-    band = np.zeros((min(p + 1, n), n)) if further is None else further.copy()
-    for k in range(min(p + 1, n)) if np.any(more) else ():
-        for j in range(k, p + 1):
-            first = max(0, j - k)
-            band[k, first : n - k] += a[j] * a[j - k] * more[first + k - j : n - j]
-    gamma = _autocovariance(a)[:p]
-    band[0] += s2
-    if p:
-        T = toeplitz(a[:p], np.zeros(p))
-        start = s2 * (T @ toeplitz(gamma) @ T.T - np.eye(p))
-        for k in range(p):
-            band[k, : p - k] += np.diagonal(start, -k)
-    return np.asarray(cholesky_banded(band, lower=True))
+    width = min(n, max(p + 1, 0 if further is None else len(further)))
+    band, rows = np.zeros((width, n)), np.full(n, further is not None)
+    band[0], rows[:p] = s2, True
+    first = s2 * (_first(a) - np.eye(p))
+    for k in range(p):
+        band[k, : p - k] += np.diagonal(first, -k)
+    if further is not None:
+        band[: len(further)] += further
+    outer = np.stack([np.pad(a[k:] * a[: p + 1 - k], (0, k)) for k in range(p + 1)])
+    for i in np.flatnonzero(more):
+        reached = slice(i, min(i + p + 1, n))
+        band[: p + 1, reached] += more[i] * outer[:, : reached.stop - i]
+        rows[reached] = True
+    band[0, ~rows] = np.sqrt(s2)
+    band[:, rows] = cholesky_banded(band[:, rows], lower=True)
+    return band
+
+
+def _first(a: Array) -> Array:
+    """(p, p) covariance of what the filter leaves of the first p samples of its process, innovations 1."""
+    from scipy.linalg import toeplitz
+
+    p = len(a) - 1
+    if not p:
+        return np.zeros((0, 0))
+    T = toeplitz(a[:p], np.zeros(p))
+    return np.asarray(T @ toeplitz(_autocovariance(a)[:p]) @ T.T)
