@@ -330,6 +330,18 @@ def test_a_maxwell_branch_may_have_moved_before_the_record() -> None:
     assert np.abs(F - steady).max() < 1e-4
 
 
+@pytest.mark.parametrize("alpha", [0.15, 0.5, 0.8])
+def test_a_springpot_may_have_moved_before_the_record(alpha: float) -> None:
+    """In mid-motion its force is C (jω)^α z from the first sample on; from rest it is not."""
+    t, omega = np.linspace(0, 3, 3001), 2 * np.pi
+    motion = record(t, lambda x: np.sin(omega * x + 0.7))
+    steady = 2.0 * np.imag((1j * omega) ** alpha * np.exp(1j * (omega * t + 0.7)))
+    e = find("power_law_viscoelasticity", "force")
+    moved, rested = (force(e, motion, C=2.0, alpha=alpha, past=x) for x in (1 / omega**2, 0.0))
+    error = np.abs(moved - steady).max()
+    assert error < 0.01 * np.abs(steady).max() and error < 0.1 * np.abs(rested - steady).max()
+
+
 def test_friction_that_relaxes() -> None:
     t, d = np.linspace(0, 4, 2001), 1e-6
 

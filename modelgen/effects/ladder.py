@@ -14,7 +14,7 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import unit_of
+from modelgen.effects.effect import at_start, unit_of
 from modelgen.language import Equation, Model, Parameter, Port, State, cos, exp, expm1, log, pi, sin
 
 ARMS = 14
@@ -35,15 +35,30 @@ def z_rest(unit: str) -> Parameter:
     )
 
 
-def arm(name: str, x: Any, at: Port, rest: Parameter) -> State:
-    """The foot of a Maxwell arm; x is its rate times the time since the sample before.
+def past(id: str) -> Parameter:
+    """How fast the sample moved before a record: a number of each record's own."""
+    text = "1/ω² of a steady motion before the record; 0: the sample rested"
+    return Parameter(f"{id}_past", "s**2", 0.0, (0.0, float("inf")), text)
+
+
+def steady_foot(model: Model, at: Port, rate: Any, rest: Parameter, before: Parameter) -> Any:
+    """Where the foot of a Maxwell arm is at the first sample if the sample moved as `before` (see `past`)
+    says: Re(Z/(1 + jω/rate)), with z = Re Z and v = Re jωZ."""
+    return at_start(model, rest + (at["z"] - rest - at["v"] / rate) * before / (before + rate**-2))
+
+
+def arm(name: str, rate: Any, at: Port, rest: Parameter, first: Any = None) -> State:
+    """The foot of a Maxwell arm of a relaxation `rate`; `first`: where it is when a record begins (none: at
+    rest).
 
     The stretch q = z − p obeys q' = z' − rate·q, solved exactly for z linear between samples.
     """
+    x = rate * (at["t"] - at["t_prev"])
     faded = -expm1(-x)
     kept = (at["z_prev"] - Symbol(name, real=True)) * (1 - faded)
     new = (at["z"] - at["z_prev"]) * faded / (x + TINY)
-    return State(name, rest, at["z"] - kept - new, unit=rest.unit, text="foot of a Maxwell arm")
+    start = rest if first is None else first
+    return State(name, start, at["z"] - kept - new, unit=rest.unit, text="foot of a Maxwell arm")
 
 
 @dataclass(frozen=True)
@@ -56,6 +71,8 @@ class Ladder:
     port: Port
     count: int = ARMS
     step: float = STEP
+    before: Parameter | None = None
+    """How the sample moved before the record (`past`); none: it rested."""
 
     @property
     def rate(self) -> Parameter:
@@ -117,17 +134,16 @@ class Ladder:
 
     def add(self, force: Any, text: str) -> Model:
         """The model with the arms and their `force` at the port."""
-        at = self.port
-        dt = at["t"] - at["t_prev"]
-        arms = [
-            replace(
-                arm(f"{self.id}_z{i}", self.rate * dt * number_exp(self.step * i), at, self.rest),
-                ref=f"arm {i}",
-            )
-            for i in range(self.count)
-        ]
+        at, before = self.port, (self.before,) if self.before is not None else ()
+        arms = [self._arm(i) for i in range(self.count)]
         term = Equation(f"{self.id}_F", force, self.model[at.equation].unit, text=text)
-        model = self.model.with_parameters(self.rate, self.rest)
+        model = self.model.with_parameters(self.rate, self.rest, *before)
         return model.extend(
             at.equation, lambda F: F + term, statements=(*arms, term), text=f"with the {text}"
         )
+
+    def _arm(self, i: int) -> State:
+        rate, first = self.rate * number_exp(self.step * i), None
+        if self.before is not None:
+            first = steady_foot(self.model, self.port, rate, self.rest, self.before)
+        return replace(arm(f"{self.id}_z{i}", rate, self.port, self.rest, first), ref=f"arm {i}")

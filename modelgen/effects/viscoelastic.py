@@ -3,8 +3,6 @@
 In time, memories with many relaxation times are ladders of Maxwell arms (see `ladder`).
 """
 
-from dataclasses import replace
-
 from modelgen.effects.effect import (
     Effect,
     Shape,
@@ -15,14 +13,15 @@ from modelgen.effects.effect import (
     unit_of,
     unit_omega,
 )
-from modelgen.effects.ladder import MEMORY, Ladder, arm, z_rest
-from modelgen.effects.softening import moved_input, moved_rate
-from modelgen.language import Model, Parameter, Port, j, log, pi, powj, quadrature_of, sign
+from modelgen.effects.ladder import MEMORY, Ladder, arm, past, steady_foot, z_rest
+from modelgen.effects.softening import moved_input
+from modelgen.language import Model, Port, j, log, pi, powj, quadrature_of, sign
 
 SPRING = ("stiffness", "mechanical_impedance")
 ALPHA = Shape("alpha", "1", "1", 0.03, 0.97, 7, log=False, text="0 for a spring, 1 for a dashpot")
 SCOTT_BLAIR = "G. W. Scott Blair, J. Colloid Sci. 2 (1947) 21; F. Mainardi, Fractional Calculus (2010), ch. 3"
 BIOT = "M. A. Biot, Proc. 3rd US Congr. Appl. Mech. (1958) 1"
+BEFORE = past("power_law_viscoelasticity")
 
 
 def _power_law(model: Model, port: Port, p: Values) -> Model:
@@ -114,7 +113,7 @@ structural_damping = Effect(
 
 
 def _power_law_force(model: Model, port: Port, p: Values) -> Model:
-    arms = Ladder("power_law_viscoelasticity", unit_omega(model), port)
+    arms = Ladder("power_law_viscoelasticity", unit_omega(model), port, before=BEFORE)
     force = p["C"] * arms.power_law(p["alpha"])
     return arms.add(force, "force of the springpot")
 
@@ -132,24 +131,11 @@ power_law_force = Effect(
 )
 
 
-PAST = Parameter(
-    "maxwell_branch_past",
-    "s**2",
-    0.0,
-    (0.0, float("inf")),
-    "1/ω² of a steady motion before the record; 0: the sample rested",
-)
-
-
 def _maxwell_force(model: Model, port: Port, p: Values) -> Model:
-    """Before the record the sample rested, or moved steadily at some ω: the foot is at Re(Z/(1 + jωτ)) then,
-    with z = Re Z and v = Re jωZ at the first sample."""
-    rest = z_rest(unit_of(model, port["z"]))
-    z, v = moved_input(model).symbol, moved_rate(model).symbol
-    foot = rest + (z - rest - p["tau"] * v) * PAST / (PAST + p["tau"] ** 2)
-    state = arm("maxwell_branch_z", (port["t"] - port["t_prev"]) / p["tau"], port, rest)
-    state = replace(state, initial=foot)
-    return model.with_parameters(rest, PAST).extend(
+    rest, before = z_rest(unit_of(model, port["z"])), past("maxwell_branch")
+    rate = 1 / p["tau"]
+    state = arm("maxwell_branch_z", rate, port, rest, steady_foot(model, port, rate, rest, before))
+    return model.with_parameters(rest, before).extend(
         port.equation, lambda F: F + p["k"] * (port["z"] - state), statements=(state,)
     )
 
@@ -167,7 +153,7 @@ maxwell_force = Effect(
 
 
 def _log_creep_force(model: Model, port: Port, p: Values) -> Model:
-    arms = Ladder("log_creep", unit_omega(model), port)
+    arms = Ladder("log_creep", unit_omega(model), port, before=BEFORE)
     return arms.add(p["C_ln"] * arms.logarithm(), "force of logarithmic creep")
 
 
@@ -184,7 +170,7 @@ log_creep_force = Effect(
 
 
 def _relaxing_springpot_force(model: Model, port: Port, p: Values) -> Model:
-    arms = Ladder("relaxing_springpot", unit_omega(model), port)
+    arms = Ladder("relaxing_springpot", unit_omega(model), port, before=BEFORE)
     return arms.add(p["C_1"] * arms.relaxation(p["alpha_1"], p["tau"]), "force of the relaxing springpot")
 
 

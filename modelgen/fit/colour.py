@@ -216,10 +216,10 @@ def factor(a: Array, s2: float, more: Array, further: Array | None = None) -> Ar
     if further is not None:
         band[: len(further)] += further
     outer = np.stack([np.pad(a[k:] * a[: p + 1 - k], (0, k)) for k in range(p + 1)])
-    for i in np.flatnonzero(more):
-        reached = slice(i, min(i + p + 1, n))
-        band[: p + 1, reached] += more[i] * outer[:, : reached.stop - i]
-        rows[reached] = True
+    for i in map(int, np.flatnonzero(more)):
+        end = min(i + p + 1, n)
+        band[: p + 1, i:end] += more[i] * outer[:, : end - i]
+        rows[i:end] = True
     band[0, ~rows] = np.sqrt(s2)
     band[:, rows] = cholesky_banded(band[:, rows], lower=True)
     return band
