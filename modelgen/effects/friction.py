@@ -6,9 +6,14 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change
-from modelgen.language import Abs, Equation, Model, Port, State, exp, sign, sqrt
+from modelgen.language import Abs, Equation, Model, Parameter, Port, State, exp, sign, sqrt
 
 DAHL = "P. R. Dahl, Aerospace Corp. TOR-0158(3107-18)-1 (1968); MRE paper, eq. 8–9"
+
+
+SLIPPED = Parameter(
+    "second_dahl_element_past", "1", 0.0, (-1.0, 1.0), "state of the second element at the first sample"
+)
 
 
 def _second_dahl(model: Model, port: Port, p: Values) -> Model:
@@ -19,8 +24,9 @@ def _second_dahl(model: Model, port: Port, p: Values) -> Model:
     name = "second_dahl_element_r"
     turn = Equation(f"{name}_turn", stroke(Symbol(name, real=True), port["z_turn"] - port["z_prev"]))
     r = State(
-        name, 0, stroke(turn.symbol, port["z"] - port["z_turn"]), text="friction state of the second element"
+        name, SLIPPED, stroke(turn.symbol, port["z"] - port["z_turn"]), text="state of the second element"
     )
+    model = model.with_parameters(SLIPPED)
     return model.extend(port.equation, lambda F: F + p["h_2"] * r, statements=(turn, r))
 
 
