@@ -1,5 +1,9 @@
 """Springs that remember how far they have moved: Payne and Mullins effect of filled elastomers."""
 
+from collections.abc import Callable
+from dataclasses import replace
+from math import inf
+
 from sympy import Symbol
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, at_start, unit_of
@@ -7,7 +11,9 @@ from modelgen.language import (
     Abs,
     Input,
     Max,
+    Min,
     Model,
+    Parameter,
     Port,
     State,
     amplitude_of,
@@ -128,13 +134,11 @@ payne_with_loss = Effect(
 )
 
 
-def _mullins(model: Model, port: Port, p: Values) -> Model:
-    name = "stress_softening_path"
+def _mullins(model: Model, port: Port, p: Values, left: Parameter | float = 1) -> Model:
+    name = "stress_softening_whole"
     way = Abs(port["z_turn"] - port["z_prev"]) + Abs(port["z"] - port["z_turn"])
-    path = State(
-        name, 0, Symbol(name, real=True) + way, unit=unit_of(model, port["z"]), text="path travelled"
-    )
-    return model.extend(port.equation, lambda k: k + p["k_0"] * exp(-path / p["s_c"]), statements=(path,))
+    whole = State(name, left, Symbol(name, real=True) * exp(-way / p["s_c"]), text="share not lost yet")
+    return model.extend(port.equation, lambda k: k + p["k_0"] * whole, statements=(whole,))
 
 
 stress_softening = Effect(
@@ -150,11 +154,13 @@ stress_softening = Effect(
 )
 
 
-def _peak(model: Model, port: Port, p: Values) -> Model:
-    z, name = Abs(port["z"]), "stress_softening_peak"
-    start, unit = Abs(at_start(model, port["z"])), unit_of(model, port["z"])
-    peak = State(name, start, Max(Symbol(name, real=True), z), unit=unit, text="greatest deflection so far")
-    return model.extend(port.equation, lambda k: k + p["k_p"] * exp(-peak / p["z_c"]), statements=(peak,))
+def _peak(model: Model, port: Port, p: Values, left: Parameter | float = 1) -> Model:
+    """What is left of k_p is exp(−z_max/z_c), and less where a record begins with less."""
+    name = "stress_softening_whole"
+    start = left * exp(-Abs(at_start(model, port["z"])) / p["z_c"])
+    held = Min(Symbol(name, real=True), exp(-Abs(port["z"]) / p["z_c"]))
+    whole = State(name, start, held, text="share not lost yet")
+    return model.extend(port.equation, lambda k: k + p["k_p"] * whole, statements=(whole,))
 
 
 softening_by_peak = Effect(
@@ -169,10 +175,11 @@ softening_by_peak = Effect(
 )
 
 
-def _reloaded(model: Model, port: Port, p: Values) -> Model:
+def _reloaded(model: Model, port: Port, p: Values, past: Parameter | float = 0) -> Model:
     """Stiffness times 1 − q tanh((z_max² − z²)/w²): whole where the greatest deflection is reached again."""
     name = "stress_softening_reached"
     start, unit = Abs(at_start(model, port["z"])), unit_of(model, port["z"])
+    start = sqrt(start**2 + past * p["w"] ** 2) if past else start
     peak = State(
         name, start, Max(Symbol(name, real=True), Abs(port["z"])), unit=unit, text="greatest deflection"
     )
@@ -193,7 +200,65 @@ softening_below_peak = Effect(
     needs=("z",),
 )
 
+# -- the same after motion that was not recorded -------------------------------------------------------------
+
+LEFT = Parameter(
+    "stress_softening_left",
+    "1",
+    0.5,
+    (0.0, 1.0),
+    "share of it that earlier motion has left when the record begins",
+)
+PAST = Parameter(
+    "stress_softening_past",
+    "1",
+    1.0,
+    (0.0, inf),
+    "(z_max² − z²)/w² when the record begins, by earlier motion",
+)
+
+
+def _after_motion(law: Effect, past: Parameter, says: str) -> Effect:
+    """The law for a material that has moved before each record, no one knows how far: a law of its own, as a
+    virgin one needs not be asked for its past and its strength is known."""
+    quantities: tuple[Strength | Shape, ...] = (*law.strengths, *law.shapes)
+    own = {q.name: f"{q.name}_on" for q in quantities}
+    apply: Callable[..., Model] = law.apply
+
+    def applied(model: Model, port: Port, p: Values) -> Model:
+        return apply(model.with_parameters(past), port, {k: p[n] for k, n in own.items()}, past)
+
+    return replace(
+        law,
+        says=says,
+        apply=applied,
+        strengths=tuple(replace(q, name=own[q.name]) for q in law.strengths),
+        shapes=tuple(replace(q, name=own[q.name]) for q in law.shapes),
+        instead=("payne_softening",),
+        common=0.5,
+    )
+
+
+softened_on = _after_motion(
+    stress_softening,
+    LEFT,
+    "the material softens with the path that it travels, as bonds break that do not mend (Mullins); some had "
+    "broken before the record",
+)
+softened_by_peak_on = _after_motion(
+    softening_by_peak,
+    LEFT,
+    "the material softens up to the greatest deflection that it has seen, be it before the record (Mullins)",
+)
+softened_below_peak_on = _after_motion(
+    softening_below_peak,
+    PAST,
+    "the material is softer below the greatest deflection that it has seen, be it before the record, and "
+    "itself again where it gets there (Mullins)",
+)
+
 EFFECTS = (
     payne_softening, payne_followed, payne_in_a_cycle, payne_with_loss,
     stress_softening, softening_by_peak, softening_below_peak,
+    softened_on, softened_by_peak_on, softened_below_peak_on,
 )  # fmt: skip
