@@ -34,15 +34,9 @@ def test_a_peak_before_the_record_counts_until_it_is_passed(left: float, after: 
     assert F[650] / SINE["z"][650] == pytest.approx(after, rel=1e-6)
 
 
-def test_a_material_is_softer_below_a_peak_that_was_before_the_record() -> None:
-    law, motion = find("stress_softening", "spring", "q_on"), record(t, lambda x: 0.5 * np.sin(2 * np.pi * x))
-    F, z = force(law, motion, {"k_D": 1.0}, q_on=0.4, w_on=0.3, past=1.0 / 0.09), motion["z"]  # peak at 1 mm
-    assert np.allclose(F, z * (1 - 0.4 * np.tanh((1 - z**2) / 0.09)), rtol=1e-9)
-
-
 def test_a_law_with_a_past_is_an_account_instead_of_paynes() -> None:
     free = [e for e in CATALOGUE if e.id == "stress_softening" and e.instead]
-    assert {e.strengths[0].name for e in free} == {"k_0_on", "k_p_on", "q_on"}
+    assert {e.strengths[0].name for e in free} == {"k_0_on", "k_p_on"}
     assert all(e.instead == ("payne_softening",) for e in free)
 
 

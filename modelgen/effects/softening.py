@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import inf
 
 from sympy import Symbol
 
@@ -175,11 +174,10 @@ softening_by_peak = Effect(
 )
 
 
-def _reloaded(model: Model, port: Port, p: Values, past: Parameter | float = 0) -> Model:
+def _reloaded(model: Model, port: Port, p: Values) -> Model:
     """Stiffness times 1 − q tanh((z_max² − z²)/w²): whole where the greatest deflection is reached again."""
     name = "stress_softening_reached"
     start, unit = Abs(at_start(model, port["z"])), unit_of(model, port["z"])
-    start = sqrt(start**2 + past * p["w"] ** 2) if past else start
     peak = State(
         name, start, Max(Symbol(name, real=True), Abs(port["z"])), unit=unit, text="greatest deflection"
     )
@@ -201,24 +199,18 @@ softening_below_peak = Effect(
 )
 
 # -- the same after motion that was not recorded -------------------------------------------------------------
+# but not softening_below_peak: with its peak at will it is a cubic spring
 
 LEFT = Parameter(
     "stress_softening_left",
     "1",
     0.5,
     (0.0, 1.0),
-    "share of it that earlier motion has left when the record begins",
-)
-PAST = Parameter(
-    "stress_softening_past",
-    "1",
-    1.0,
-    (0.0, inf),
-    "(z_max² − z²)/w² when the record begins, by earlier motion",
+    "share of what can be lost that earlier motion has left when the record begins",
 )
 
 
-def _after_motion(law: Effect, past: Parameter, says: str) -> Effect:
+def _after_motion(law: Effect, says: str) -> Effect:
     """The law for a material that has moved before each record, no one knows how far: a law of its own, as a
     virgin one needs not be asked for its past and its strength is known."""
     quantities: tuple[Strength | Shape, ...] = (*law.strengths, *law.shapes)
@@ -226,7 +218,7 @@ def _after_motion(law: Effect, past: Parameter, says: str) -> Effect:
     apply: Callable[..., Model] = law.apply
 
     def applied(model: Model, port: Port, p: Values) -> Model:
-        return apply(model.with_parameters(past), port, {k: p[n] for k, n in own.items()}, past)
+        return apply(model.with_parameters(LEFT), port, {k: p[n] for k, n in own.items()}, LEFT)
 
     return replace(
         law,
@@ -241,24 +233,16 @@ def _after_motion(law: Effect, past: Parameter, says: str) -> Effect:
 
 softened_on = _after_motion(
     stress_softening,
-    LEFT,
     "the material softens with the path that it travels, as bonds break that do not mend (Mullins); some had "
     "broken before the record",
 )
 softened_by_peak_on = _after_motion(
     softening_by_peak,
-    LEFT,
     "the material softens up to the greatest deflection that it has seen, be it before the record (Mullins)",
-)
-softened_below_peak_on = _after_motion(
-    softening_below_peak,
-    PAST,
-    "the material is softer below the greatest deflection that it has seen, be it before the record, and "
-    "itself again where it gets there (Mullins)",
 )
 
 EFFECTS = (
     payne_softening, payne_followed, payne_in_a_cycle, payne_with_loss,
     stress_softening, softening_by_peak, softening_below_peak,
-    softened_on, softened_by_peak_on, softened_below_peak_on,
+    softened_on, softened_by_peak_on,
 )  # fmt: skip
