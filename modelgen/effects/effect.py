@@ -98,7 +98,8 @@ class Effect:
     knows nothing of what they do at a finite strength: they are screened there. `family` is what one kind
     of recording can often not tell apart; `common` > 1 says that practitioners meet it often. `alike` are
     ids of other physics whose law is the same function of the motion: no recording of this kind tells
-    them apart.
+    them apart. `instead`: ids that this law is an account instead of, and never beside: free as it is, it
+    would take up what their laws are not quite right about.
     """
 
     id: str
@@ -115,6 +116,7 @@ class Effect:
     secant: bool = False
     common: float = 1.0
     alike: tuple[str, ...] = ()
+    instead: tuple[str, ...] = ()
 
     def fits(self, model: Model) -> tuple[Port, ...]:
         """The ports of `model` that this effect can be added to: those of the first of its kinds that there

@@ -1,5 +1,8 @@
 """Springs that remember how far they have moved: Payne and Mullins effect of filled elastomers."""
 
+from collections.abc import Callable
+from dataclasses import replace
+
 from sympy import Symbol
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, at_start, unit_of
@@ -7,7 +10,9 @@ from modelgen.language import (
     Abs,
     Input,
     Max,
+    Min,
     Model,
+    Parameter,
     Port,
     State,
     amplitude_of,
@@ -128,13 +133,11 @@ payne_with_loss = Effect(
 )
 
 
-def _mullins(model: Model, port: Port, p: Values) -> Model:
-    name = "stress_softening_path"
+def _mullins(model: Model, port: Port, p: Values, left: Parameter | float = 1) -> Model:
+    name = "stress_softening_whole"
     way = Abs(port["z_turn"] - port["z_prev"]) + Abs(port["z"] - port["z_turn"])
-    path = State(
-        name, 0, Symbol(name, real=True) + way, unit=unit_of(model, port["z"]), text="path travelled"
-    )
-    return model.extend(port.equation, lambda k: k + p["k_0"] * exp(-path / p["s_c"]), statements=(path,))
+    whole = State(name, left, Symbol(name, real=True) * exp(-way / p["s_c"]), text="share not lost yet")
+    return model.extend(port.equation, lambda k: k + p["k_0"] * whole, statements=(whole,))
 
 
 stress_softening = Effect(
@@ -150,11 +153,13 @@ stress_softening = Effect(
 )
 
 
-def _peak(model: Model, port: Port, p: Values) -> Model:
-    z, name = Abs(port["z"]), "stress_softening_peak"
-    start, unit = Abs(at_start(model, port["z"])), unit_of(model, port["z"])
-    peak = State(name, start, Max(Symbol(name, real=True), z), unit=unit, text="greatest deflection so far")
-    return model.extend(port.equation, lambda k: k + p["k_p"] * exp(-peak / p["z_c"]), statements=(peak,))
+def _peak(model: Model, port: Port, p: Values, left: Parameter | float = 1) -> Model:
+    """What is left of k_p is exp(−z_max/z_c), and less where a record begins with less."""
+    name = "stress_softening_whole"
+    start = left * exp(-Abs(at_start(model, port["z"])) / p["z_c"])
+    held = Min(Symbol(name, real=True), exp(-Abs(port["z"]) / p["z_c"]))
+    whole = State(name, start, held, text="share not lost yet")
+    return model.extend(port.equation, lambda k: k + p["k_p"] * whole, statements=(whole,))
 
 
 softening_by_peak = Effect(
@@ -193,7 +198,51 @@ softening_below_peak = Effect(
     needs=("z",),
 )
 
+# -- the same after motion that was not recorded -------------------------------------------------------------
+# but not softening_below_peak: with its peak at will it is a cubic spring
+
+LEFT = Parameter(
+    "stress_softening_left",
+    "1",
+    0.5,
+    (0.0, 1.0),
+    "share of what can be lost that earlier motion has left when the record begins",
+)
+
+
+def _after_motion(law: Effect, says: str) -> Effect:
+    """The law for a material that has moved before each record, no one knows how far: a law of its own, as a
+    virgin one needs not be asked for its past and its strength is known."""
+    quantities: tuple[Strength | Shape, ...] = (*law.strengths, *law.shapes)
+    own = {q.name: f"{q.name}_on" for q in quantities}
+    apply: Callable[..., Model] = law.apply
+
+    def applied(model: Model, port: Port, p: Values) -> Model:
+        return apply(model.with_parameters(LEFT), port, {k: p[n] for k, n in own.items()}, LEFT)
+
+    return replace(
+        law,
+        says=says,
+        apply=applied,
+        strengths=tuple(replace(q, name=own[q.name]) for q in law.strengths),
+        shapes=tuple(replace(q, name=own[q.name]) for q in law.shapes),
+        instead=("payne_softening",),
+        common=0.5,
+    )
+
+
+softened_on = _after_motion(
+    stress_softening,
+    "the material softens with the path that it travels, as bonds break that do not mend (Mullins); some had "
+    "broken before the record",
+)
+softened_by_peak_on = _after_motion(
+    softening_by_peak,
+    "the material softens up to the greatest deflection that it has seen, be it before the record (Mullins)",
+)
+
 EFFECTS = (
     payne_softening, payne_followed, payne_in_a_cycle, payne_with_loss,
     stress_softening, softening_by_peak, softening_below_peak,
+    softened_on, softened_by_peak_on,
 )  # fmt: skip

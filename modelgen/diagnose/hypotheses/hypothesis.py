@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import inf
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 from modelgen.codegen.build import build_many
 from modelgen.effects import Effect, Shape, Strength, family, search_range
 from modelgen.errors import InputError
-from modelgen.fit.experiment import Experiment, Layout, make_layout
+from modelgen.fit.experiment import Experiment, Layout, initial_parameters, make_layout
 from modelgen.fit.series import Array, Series
 from modelgen.language import Model, Parameter, Port
 from modelgen.recordings import Case
@@ -138,6 +139,14 @@ class Hypothesis:
         """Names of the shapes of what is added."""
         return frozenset(f"{a.id}_{q.name}" for a in self.added for q in a.effect.shapes)
 
+    @cached_property
+    def pasts(self) -> frozenset[str]:
+        """Names of what the effects' states were before the records: in their initial values alone."""
+        if not self.added or not self.experiment.model.is_time_model:
+            return frozenset()
+        starts = tuple(f"{a.id}_" for a in self.added)
+        return frozenset(n for n in initial_parameters(self.experiment.model) if n.startswith(starts))
+
     @property
     def log_common(self) -> float:
         """Logarithm of how common the added physics is."""
@@ -178,12 +187,14 @@ def centre(p: Parameter) -> float:
 def make_hypotheses(
     model: Model, case: Case, series: Sequence[Series], sets: Sequence[tuple[Addition, ...]]
 ) -> list[Hypothesis]:
-    """Extend, compile (all at once) and prepare. What can't be built or has more numbers than data is left
-    out."""
+    """Extend, compile (all at once) and prepare. What can't be built, has more numbers than data, or holds an
+    effect beside one that it is `instead` of, is left out."""
     made: list[tuple[tuple[Addition, ...], Model, Any]] = []
     count = sum(s.data.size for s in series)
     known: dict[tuple[Addition, ...], Model] = {(): model}  # sets begin alike
     for added in sets:
+        if any(a.id in b.effect.instead for a in added for b in added):
+            continue
         try:
             for k, a in enumerate(added, 1):
                 if added[:k] not in known:

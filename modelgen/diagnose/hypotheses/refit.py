@@ -7,9 +7,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from modelgen.diagnose.hypotheses.evidence import Level, Smooth, bic
+from modelgen.diagnose.hypotheses.evidence import Level, Smooth, bic, effective
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, centre
 from modelgen.diagnose.hypotheses.own_units import in_own_units
+from modelgen.diagnose.hypotheses.pasts import is_past, price
 from modelgen.errors import InputError
 from modelgen.fit import GaussNewton
 from modelgen.fit.experiment import Layout
@@ -132,12 +133,27 @@ class Judge:
         with np.errstate(all="ignore"):
             white = tuple(h.experiment.whitened(theta, self.whiteners))
         count = free(h.experiment.layout, theta, h.shapes)
-        value = (
-            bic(white, self.prior, count, temper=self.temper) - 2 * h.log_common + self.excess.get(h.key, 0.0)
-            if all(np.all(np.isfinite(e)) for e in white)
-            else np.inf
-        )
+        value = np.inf
+        if all(np.all(np.isfinite(e)) for e in white):
+            unknown, cost = self._pasts(h, theta, white) if h.pasts else (0, 0.0)
+            value = bic(white, self.prior, count - unknown, temper=self.temper) + cost
+            value += self.excess.get(h.key, 0.0) - 2 * h.log_common
         return Fit(h, theta, white, float(value), count)
+
+    def _pasts(self, h: Hypothesis, theta: Array, white: Sequence[Array]) -> tuple[int, float]:
+        """How many numbers say what the effects had been through before the records, and what they cost."""
+        layout = h.experiment.layout
+        moves = moving(layout, theta, h.shapes)
+        past = is_past(layout, h.pasts) & moves
+        if not past.any():
+            return 0, 0.0
+        count = int(past.sum())
+        with np.errstate(all="ignore"):
+            told = h.experiment.normal(theta, self.whiteners)[2]
+        if not np.all(np.isfinite(told)):
+            return 0, 0.0
+        most = count * float(np.log(max(effective(white) / self.temper, 3.0)))
+        return count, min(most, price(layout, theta, told, past, moves & ~past, self.temper))
 
     def tangent(self, fit: Fit) -> tuple[Array, Array]:
         """Whitened residual and Jacobian over all recordings at the fit."""
@@ -152,17 +168,22 @@ def _leading(ends: Sequence[tuple[float, Array]], few: int = 1) -> list[tuple[fl
     return [e for k, e in enumerate(apart) if e[0] <= AHEAD * ends[0][0] or k < few]
 
 
-def free(layout: Layout, theta: Array, shapes: Collection[str] = ()) -> int:
-    """Number of parameters that are not held by a bound: a passive element driven to nothing costs nothing.
+def moving(layout: Layout, theta: Array, shapes: Collection[str] = ()) -> Array:
+    """Which parameters, (p,) bool, are not held by a bound.
 
-    An effect's shape on its bound has been chosen there like any other value: it costs what it costs within.
+    An effect's shape on its bound has been chosen there like any other value: it counts as within.
     """
     low = np.array([p.bounds[0] for p in layout.parameters])
     high = np.array([p.bounds[1] for p in layout.parameters])
     size = np.where(np.isfinite(high - low), high - low, np.maximum(np.abs(theta), 1e-300))
     at = (np.abs(theta - low) <= 1e-9 * size) | (np.abs(high - theta) <= 1e-9 * size)
-    chosen = np.array([n in shapes for n in layout.names])
-    return int(len(theta) - np.count_nonzero(at & ~chosen))
+    chosen = np.array([n in shapes for n in layout.names], dtype=bool)
+    return np.asarray(~at | chosen)
+
+
+def free(layout: Layout, theta: Array, shapes: Collection[str] = ()) -> int:
+    """Number of parameters that move: a passive element driven to nothing costs nothing."""
+    return int(np.count_nonzero(moving(layout, theta, shapes)))
 
 
 def base_starts(h: Hypothesis, seed: int, count: int = 8) -> list[Array]:

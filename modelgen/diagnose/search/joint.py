@@ -16,8 +16,8 @@ from modelgen.diagnose.hypotheses.setting import Setting
 from modelgen.diagnose.search.screen import Score, Tangent
 from modelgen.fit.series import Array
 
-PAIRS = 12
-"""Pairs that are fitted."""
+PAIRS, DEAR = 12, 3
+"""Pairs that are fitted, and where fits are dear."""
 STARTS = 4
 """Shapes of a pair from which descents start: of a narrow resonance the first order knows only the
 neighbourhood."""
@@ -50,14 +50,22 @@ def joint(
     scores: Sequence[Score],
     first: Sequence[Fit],
     known: Collection[object],
+    below: float = np.inf,
 ) -> list[Fit]:
     """Fits of the pairs that at first order beside the base's own parameters promise most, but for `known`.
 
-    first: fits of single effects, from which the pairs start as well.
+    first: fits of single effects, from which the pairs start as well. below: where fits are dear, those
+    alone are made that promise less χ² than this, in one shape each, and none goes on that does not keep it.
     """
     tangent = Tangent.of(*judge.tangent(base))
-    changes = [c for x in scores for c in _changes(x, base, judge, tangent)]
-    chosen = [pairs for pairs in _best(changes, tangent) if _key(pairs[0]) not in known][:PAIRS]
+    shapes = None if s.cheap else 1
+    changes = [c for x in scores for c in _changes(x, base, judge, tangent, shapes)]
+    if not changes:
+        return []
+    least = -np.inf if s.cheap else float(tangent.r @ tangent.r) - below
+    found = _best(changes, tangent, least)
+    chosen = [pairs[:shapes] for pairs in found if _key(pairs[0]) not in known]
+    chosen = chosen[: PAIRS if s.cheap else DEAR]
     made = make_hypotheses(
         s.model, s.case, s.series, [tuple(c.score.addition for c in pairs[0].changes) for pairs in chosen]
     )
@@ -70,7 +78,7 @@ def joint(
             f = alone.get(frozenset([a.key]))
             if f is not None:
                 starts += [h.place(f.hypothesis, f.theta, _values(p)[1 - k]) for p in where[h.key]]
-        fits.append(judge.fit(h, starts))
+        fits.append(judge.fit(h, starts, worth=np.inf if s.cheap else below))
     return fits
 
 
@@ -91,11 +99,12 @@ def _values(p: _Pair) -> tuple[dict[str, float], dict[str, float]]:
     return a.scaled(x), b.scaled(y)
 
 
-def _changes(x: Score, base: Fit, judge: Judge, tangent: Tangent) -> list[_Change]:
-    """What the effect does at the values that its score took for the best, and wherever it may resonate."""
+def _changes(x: Score, base: Fit, judge: Judge, tangent: Tangent, most: int | None) -> list[_Change]:
+    """What the effect does at the values (the first `most`) that its score took for the best, and wherever
+    it may resonate."""
     a, h, found = x.addition, x.hypothesis, []
     index = [h.names.index(n) for n in a.strengths]
-    for values in (*(v for _, v in x.starts), *x.scouts):
+    for values in (*(v for _, v in x.starts), *x.scouts)[:most]:
         at = h.place(base.hypothesis, base.theta, values)
         with np.errstate(all="ignore"):
             if a.effect.secant:
@@ -112,9 +121,9 @@ def _changes(x: Score, base: Fit, judge: Judge, tangent: Tangent) -> list[_Chang
     return found
 
 
-def _best(changes: Sequence[_Change], tangent: Tangent) -> list[list[_Pair]]:
-    """Pairs of different effects, those that explain most first, with the parts of their changes; one law of
-    each, in the few shapes that explain most."""
+def _best(changes: Sequence[_Change], tangent: Tangent, least: float) -> list[list[_Pair]]:
+    """Pairs of different effects that explain more than `least`, those that explain most first, with the
+    parts of their changes; one law of each, in the few shapes that explain most."""
     C = np.stack([c.change for c in changes], axis=1)
     size = np.linalg.norm(C, axis=0)
     G, b = (C / size).T @ (C / size), -(C / size).T @ tangent.r
@@ -125,7 +134,7 @@ def _best(changes: Sequence[_Change], tangent: Tangent) -> list[list[_Pair]]:
     for k in np.argsort(-np.triu(gain, 1), axis=None):
         i, m = divmod(int(k), len(changes))
         ids = frozenset((changes[i].score.addition.id, changes[m].score.addition.id))
-        if i >= m or gain[i, m] <= 0:
+        if i >= m or gain[i, m] <= max(least, 0.0):
             break
         pair = _Pair((changes[i], changes[m]), (float(parts[i, m] / size[i]), float(parts[m, i] / size[m])))
         known = found.setdefault(ids, [pair])

@@ -135,10 +135,11 @@ def _together(
     grown: Sequence[Fit],
     depth: int,
 ) -> list[Fit]:
-    """Pairs of sweeps' effects that no beam led to."""
-    if depth != 2 or s.model.is_time_model or not s.cheap:
+    """Pairs that no beam led to: of which either effect is hidden while the other is not there."""
+    if depth != 2 or not (s.cheap or s.model.is_time_model):
         return []
-    return joint(s, base, judge, scores, first, {f.hypothesis.key for f in grown})
+    below = min(f.chi2 for f in grown)
+    return joint(s, base, judge, scores, first, {f.hypothesis.key for f in grown}, below)
 
 
 def _concluded(
