@@ -29,9 +29,12 @@ RARE = 0.3
 MODES = 8
 """Members of a row of resonances."""
 ONE, MANY = "a resonance", "a row of resonances, at multiples of the first,"
-CLOSED, OPEN = "waves between ends that are alike,", "waves between ends that are unlike,"
-"""What is described. Waves on a line or in a pipe, lossy in proportion to frequency: cot kl, with resonances
-at multiples of the first and a spring or a capacitor at low frequency, or tan kl, at odd multiples."""
+CLOSED = "waves between ends that are alike, with resonances at multiples of the first,"
+OPEN = "waves between ends that are unlike, with resonances at odd multiples of the first,"
+"""What is described. Waves on a line or in a pipe lose in proportion to frequency: −j cot kl, which is a
+spring or a capacitor at low frequency, or j tan kl (L. E. Kinsler et al., Fundamentals of
+Acoustics (2000), ch. 10).
+"""
 ROWS = (MANY, CLOSED, OPEN)
 WAYS: dict[str, tuple[tuple[str, bool], ...]] = {
     "electrical_impedance": tuple((what, False) for what in (ONE, *ROWS)),
@@ -217,8 +220,8 @@ def cheaper(outcome: Outcome) -> tuple[Fit, float] | None:
 
 
 def refused(outcome: Outcome) -> float:
-    """BIC of the best single named effect. Where the search would not claim it, as colour or a smooth error may
-    be all of it, what no catalogue holds has to do better."""
+    """BIC of the best single named effect. Where the search would not claim it, as a colour or a smooth error
+    may be all of it, what no catalogue holds has to do better."""
     return min((f.bic for f in outcome.tried if len(f.ids) == 1 and not is_unlisted(f)), default=np.inf)
 
 
