@@ -25,7 +25,7 @@ from modelgen.fit.series import Array, Whitener
 from modelgen.language import Model, Port, exp, j
 
 RARE = 0.3
-"""How common such physics is beside that of the catalogue."""
+"""How common such physics is beside that of the catalogue; waves as much less beside a resonance or a row."""
 MODES = 8
 """Members of a row of resonances."""
 ONE, MANY = "a resonance", "a row of resonances, at multiples of the first,"
@@ -277,5 +277,5 @@ def _resonance(port: Port, what: str, beside: bool) -> Effect:
             Shape("Q", "1", "1", *((2.0, 500.0) if what == ONE else (3.0, 100.0)), 4, text="quality factor"),
         ),
         needs=("omega",),
-        common=RARE,
+        common=RARE if what in (ONE, MANY) else RARE**2,
     )
