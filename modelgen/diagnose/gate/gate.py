@@ -12,7 +12,7 @@ from modelgen.diagnose.gate.describe import described
 from modelgen.diagnose.gate.generic import leftover
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.oddities import lone
-from modelgen.diagnose.gate.unlisted import best_unlisted, cheaper, with_rivals
+from modelgen.diagnose.gate.unlisted import best_unlisted, cheaper, refused, with_rivals
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE
 from modelgen.diagnose.hypotheses.refit import Fit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting
@@ -79,6 +79,8 @@ def judge_adequacy(
     gross = many and not _smooth(setting, outcome) and np.sqrt(after) > limit
     gross = gross and (stated or setting.model.is_time_model or not all(map(first_order, plain)))
     left = leftover(setting.model, outcome.judge, best, sensitivities)
+    if not setting.model.is_time_model and not best.hypothesis.added:
+        left = left if left.gain > outcome.base.bic - refused(outcome) else replace(left, gain=0.0)
     far = left.gain > LEFT or gross or outcome.judge.temper > 1.0
     floor = _floor(after, scatter, sum(e.size for e in plain), stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0

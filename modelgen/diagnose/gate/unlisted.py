@@ -15,29 +15,39 @@ import numpy as np
 from modelgen.diagnose.gate.describe import SOURCE
 from modelgen.diagnose.hypotheses.evidence import deviance
 from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis, make_hypotheses
-from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.diagnose.hypotheses.refit import LONG, Fit, Judge
 from modelgen.diagnose.hypotheses.scales import record_scales
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
 from modelgen.diagnose.search.screen import Tangent, score
 from modelgen.effects import Effect, Shape, Strength, search_range
 from modelgen.effects.effect import add
 from modelgen.fit.series import Array, Whitener
-from modelgen.language import Model, Port, j
+from modelgen.language import Model, Port, exp, j
 
 RARE = 0.3
-"""How common such physics is beside that of the catalogue."""
+"""How common such physics is beside that of the catalogue; waves as much less beside a resonance or a row."""
 MODES = 8
 """Members of a row of resonances."""
-WAYS: dict[str, tuple[tuple[int, bool], ...]] = {
-    "electrical_impedance": ((1, False), (MODES, False)),
-    "terminals": ((1, True), (MODES, True)),
-    "mechanical_impedance": ((MODES, False),),
-    "stiffness": ((MODES, False), (MODES, True)),
+ONE, MANY = "a resonance", "a row of resonances, at multiples of the first,"
+CLOSED = "waves between ends that are alike, with resonances at multiples of the first,"
+OPEN = "waves between ends that are unlike, with resonances at odd multiples of the first,"
+"""What is described. Waves on a line or in a pipe lose in proportion to frequency: −j cot kl, which is a
+spring or a capacitor at low frequency, or j tan kl (L. E. Kinsler et al., Fundamentals of
+Acoustics (2000), ch. 10).
+"""
+ROWS = (MANY, CLOSED, OPEN)
+WAYS: dict[str, tuple[tuple[str, bool], ...]] = {
+    "electrical_impedance": tuple((what, False) for what in (ONE, *ROWS)),
+    "terminals": tuple((what, True) for what in (ONE, *ROWS)),
+    "mechanical_impedance": tuple((what, False) for what in ROWS),
+    "stiffness": ((MANY, False), (MANY, True)),
 }
-"""How many resonances, and whether beside what is there, by the kind of port.
+"""What is tried by the kind of port, and whether beside all that is there.
 
 One in series at the mechanical side is a second_mode, and any beside it is one in the electrical impedance.
 """
+FEW = 2
+"""The best kinds of resonances, whose fits go on."""
 KEEP = 5
 """Starts for each kind of resonance and each state of the base: rows have many local optima."""
 QUALITIES = (4.0, 12.0, 36.0)
@@ -73,7 +83,17 @@ def with_rivals(setting: Setting, outcome: Outcome) -> Outcome:
         ]
         if starts:
             fits.append(judge.fit(h, starts))
-    return replace(outcome, tried=(*outcome.tried, *fits))
+    fits.sort(key=lambda f: f.bic)
+    return replace(outcome, tried=(*outcome.tried, *(_settled(judge, f) for f in fits[:FEW]), *fits[FEW:]))
+
+
+def _settled(judge: Judge, f: Fit) -> Fit:
+    """A fit that has gone on, also from where its resonances are broader or narrower: the base bends with
+    them, and a descent creeps."""
+    names = f.hypothesis.experiment.layout.names
+    Q = np.array([n in f.hypothesis.shapes and n.endswith("_Q") for n in names])
+    starts = [np.where(Q, f.theta * x, f.theta) for x in (1.0, 0.5, 2.0)]
+    return min(f, judge.fit(f.hypothesis, starts, LONG), key=lambda f: f.bic)
 
 
 def _starts(h: Hypothesis, f: Fit, tangent: Tangent, whiteners: Sequence[Whitener]) -> list[Array]:
@@ -89,11 +109,11 @@ def _starts(h: Hypothesis, f: Fit, tangent: Tangent, whiteners: Sequence[Whitene
     seen = _Seen.of(h, f, tangent, whiteners)
     if seen is None:
         return []
-    modes, _ = _kind(a)
-    chosen = _apart([t for first, Q in grids for t in seen.tried(first, Q, modes)])[:KEEP]
-    if modes > 1:
-        line = max(t for first, Q in grids for t in seen.tried(first, Q, 1))
-        chosen += seen.tried(line[1] / np.arange(1, modes + 1), line[2], modes)
+    what, _ = _kind(a)
+    chosen = _apart([t for first, Q in grids for t in seen.tried(first, Q, what)])[:KEEP]
+    if what == MANY:
+        line = max(t for first, Q in grids for t in seen.tried(first, Q, ONE))
+        chosen += seen.tried(line[1] / np.arange(1, MODES + 1), line[2], what)
     names = [f"{a.id}_{n}" for n in ("omega_1", "Q", "a")]
     return [
         h.place(f.hypothesis, f.theta, dict(zip(names, values, strict=True)))
@@ -122,21 +142,21 @@ class _Seen:
         a, e = h.added[0], h.experiment
         low, Q = a.ranges["omega_1"][0], QUALITIES[0]
         at = h.place(f.hypothesis, f.theta, {f"{a.id}_omega_1": low, f"{a.id}_Q": Q})
-        modes, moving = _kind(a)
+        what, moving = _kind(a)
         index = e.layout.wrt.index(f"{a.id}_a")
         omega = [2 * np.pi * s.inputs[e.model.axis] for s in e.series]
         slopes = []
         for k, (s, w) in enumerate(zip(e.series, omega, strict=True)):
             jac = e.prepared[k].jacobian(e.local(at, k), s.measure)[1][:, index]
-            slopes.append((jac[0] + 1j * jac[-1]) / _row(w / low, Q, modes, moving, 1j))
+            slopes.append((jac[0] + 1j * jac[-1]) / _row(w / low, Q, what, moving, 1j, np.exp))
         good = all(np.isfinite(x).all() for x in slopes)
         return _Seen(tangent, whiteners, omega, slopes, moving) if good else None
 
-    def tried(self, first: Array, Q: float, modes: int) -> list[Tried]:
+    def tried(self, first: Array, Q: float, what: str) -> list[Tried]:
         """What each of the shapes promises that physics allows."""
         columns = np.concatenate(
             [
-                _white(v, x[:, None] * _row(w[:, None] / first, Q, modes, self.moving, 1j))
+                _white(v, x[:, None] * _row(w[:, None] / first, Q, what, self.moving, 1j, np.exp))
                 for v, x, w in zip(self.whiteners, self.slopes, self.omega, strict=True)
             ]
         )
@@ -161,9 +181,19 @@ def _white(w: Whitener, z: Array) -> Array:
     return np.asarray(white.transpose(0, 2, 1).reshape(-1, z.shape[1]))
 
 
-def _row(u: Any, Q: Any, modes: int, moving: bool, j: Any) -> Any:
-    """Σ_n 1/(1 + jQ(u/n − n/u)), u = ω/ω_1; times ju where a stiffness moves."""
-    total = sum(1 / (1 + j * Q * (u / n - n / u)) for n in range(1, modes + 1))
+def _row(u: Any, Q: Any, what: str, moving: bool, j: Any, exp: Any) -> Any:
+    """Σ_n 1/(1 + jQ(u/n − n/u)), u = ω/ω_1, or waves; times ju where a stiffness moves.
+
+    Waves: E = e^(−2jkl) is what a wave keeps on its way there and back, with kl = πu(1 − j/2Q) where ends are
+    alike, −j cot kl = (1 + E)/(1 − E), and half of it where not, j tan kl = (1 − E)/(1 + E).
+    """
+    if what in (CLOSED, OPEN):
+        path = (2 if what == CLOSED else 1) * np.pi * u
+        E = exp(-path * (j + 1 / (2 * Q)))
+        total = (1 + E) / (1 - E) if what == CLOSED else (1 - E) / (1 + E)
+        total *= np.pi / ((2 if what == CLOSED else 4) * Q)
+    else:
+        total = sum(1 / (1 + j * Q * (u / n - n / u)) for n in range(1, 2 if what == ONE else MODES + 1))
     return total * (j * u if moving else 1)
 
 
@@ -183,9 +213,16 @@ def cheaper(outcome: Outcome) -> tuple[Fit, float] | None:
     if not outcome.best.hypothesis.added:  # nor may a few samples that stand alone speak for it
         more = outcome.base.bic - first.bic - ALARM
         more -= max(0.0, _lone(outcome, outcome.base) - _lone(outcome, first))
+        more = min(more, refused(outcome) - first.bic)
     else:
         more = outcome.best.bic - first.bic + ALARM * (len(outcome.best.ids) - 1)
     return (first, more) if more > 0 else None
+
+
+def refused(outcome: Outcome) -> float:
+    """BIC of the best single named effect. Where the search would not claim it, as a colour or a smooth error
+    may be all of it, what no catalogue holds has to do better."""
+    return min((f.bic for f in outcome.tried if len(f.ids) == 1 and not is_unlisted(f)), default=np.inf)
 
 
 def _lone(outcome: Outcome, f: Fit) -> float:
@@ -200,9 +237,9 @@ def is_unlisted(fit: Fit) -> bool:
     return any(a.effect.source == SOURCE for a in fit.hypothesis.added)
 
 
-def _kind(a: Addition) -> tuple[int, bool]:
-    """How many resonances, and whether of a stiffness."""
-    return (1 if ONE in a.effect.says else MODES), a.port.kind == "stiffness"
+def _kind(a: Addition) -> tuple[str, bool]:
+    """What is described, and whether of a stiffness."""
+    return next(x for x in (*ROWS, ONE) if a.effect.says.startswith(x)), a.port.kind == "stiffness"
 
 
 def _places(model: Model) -> Iterator[tuple[Effect, Port]]:
@@ -211,21 +248,19 @@ def _places(model: Model) -> Iterator[tuple[Effect, Port]]:
     for port in model.ports:
         twice = port.kind == "stiffness" and "mechanical_impedance" in kinds
         if not twice and "omega" in dict(port.variables):
-            for modes, beside in WAYS.get(port.kind, ()):
-                yield _resonance(port, modes, beside), port
+            for what, beside in WAYS.get(port.kind, ()):
+                yield _resonance(port, what, beside), port
 
 
-ONE, MANY = "a resonance", "a row of resonances, at multiples of the first,"
-
-
-def _resonance(port: Port, modes: int, beside: bool) -> Effect:
-    """a Σ_n 1/(1 + jQ (ω/nω_1 − nω_1/ω)) added to the port's quantity, or `beside` it: to its inverse.
+def _resonance(port: Port, what: str, beside: bool) -> Effect:
+    """a Σ_n 1/(1 + jQ (ω/nω_1 − nω_1/ω)), or waves, added to the port's quantity, or `beside` it: to its
+    inverse.
 
     A stiffness gets an impedance that resonates: jω/ω_1 times that.
     """
 
     def terms(at: Port, p: Any) -> Any:
-        return p["a"] * _row(at["omega"] / p["omega_1"], p["Q"], modes, at.kind == "stiffness", j)
+        return p["a"] * _row(at["omega"] / p["omega_1"], p["Q"], what, at.kind == "stiffness", j, exp)
 
     def parallel(model: Model, at: Port, p: Any) -> Model:
         return model.extend(at.equation, lambda Z: Z / (1 + Z * terms(at, p)))
@@ -233,15 +268,14 @@ def _resonance(port: Port, modes: int, beside: bool) -> Effect:
     return Effect(
         f"unknown_{port.name}",
         (port.kind,),
-        f"{ONE if modes == 1 else MANY} {'beside' if beside else 'in series with'} all that the "
-        f"{port.name} port has",
+        f"{what} {'beside' if beside else 'in series with'} all that the {port.name} port has",
         SOURCE,
         (Strength("a", "1/({port})" if beside else "{port}", text="height of a resonance"),),
         parallel if beside else add(terms),
         (
-            Shape("omega_1", "rad/s", "omega", 0.7 if modes == 1 else 0.2, 1.5, text="the first"),
-            Shape("Q", "1", "1", *((2.0, 500.0) if modes == 1 else (3.0, 100.0)), 4, text="quality factor"),
+            Shape("omega_1", "rad/s", "omega", 0.7 if what == ONE else 0.2, 1.5, text="the first"),
+            Shape("Q", "1", "1", *((2.0, 500.0) if what == ONE else (3.0, 100.0)), 4, text="quality factor"),
         ),
         needs=("omega",),
-        common=RARE,
+        common=RARE if what in (ONE, MANY) else RARE**2,
     )

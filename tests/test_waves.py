@@ -1,0 +1,93 @@
+"""Waves on a cable or in a pipe, told from effects that imitate them; and what is not excluded."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import modelgen as mg
+from modelgen.diagnose import diagnose
+from modelgen.diagnose.gate import unlisted
+from modelgen.diagnose.gate.describe import SOURCE
+from modelgen.diagnose.hypotheses.evidence import Level
+from modelgen.diagnose.hypotheses.ranking import close
+
+Q = 12.0
+HEAD = """
+model = "electrodynamic_transducer"
+[noise]
+Z_relative = 1e-3
+[[recording]]
+file = "sweep.csv"
+"""
+
+
+@pytest.mark.parametrize("ends", [unlisted.CLOSED, unlisted.OPEN])
+def test_waves_are_those_of_a_line_with_losses(ends: str) -> None:
+    u = np.linspace(0.05, 20.0, 999)
+    x = np.pi * u * (1 - 0.5j / Q)
+    wave = -1j / np.tan(x) / 2 if ends == unlisted.CLOSED else 1j * np.tan(x / 2) / 4
+    found = unlisted._row(u, Q, ends, False, 1j, np.exp)
+    first = unlisted._row(np.ones(1), Q, ends, False, 1j, np.exp)
+    assert found == pytest.approx(wave * np.pi / Q)
+    assert first == pytest.approx(1.0, rel=0.02)  # as high as a lone resonance
+    assert np.all(found.real > 0)
+
+
+def stub(f: Any) -> Any:
+    """A moving coil with an open line across its terminals, a quarter of a wave at 5 kHz."""
+    s = 2j * np.pi * f
+    Z = 6 + 3e-4 * s + 36 / (1 + 0.013 * s + 2e3 / s)
+    return 1 / (1 / Z + 4e-4 * np.tanh(0.5j * np.pi * f / 5e3 * (1 - 0.5j / Q)))
+
+
+def test_a_line_across_the_terminals_is_no_resonator_that_hangs_on(tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    f = np.geomspace(10.0, 2e4, 80)
+    Z = stub(f)
+    Z = Z * (1 + 1e-3 * (rng.standard_normal(80) + 1j * rng.standard_normal(80)))
+    rows = np.column_stack([f, Z.real, Z.imag])
+    np.savetxt(
+        tmp_path / "sweep.csv", rows, delimiter=",", header="f [Hz],Re Z [ohm],Im Z [ohm]", comments=""
+    )
+    (tmp_path / "case.toml").write_text(HEAD)
+    model, case = mg.open_case(tmp_path / "case.toml")
+    v = diagnose(case, model)
+    assert [e.id for e in v.effects] == ["unknown_electrical"]
+    assert unlisted.OPEN in v.effects[0].says
+    assert v.after.fit_over_noise == pytest.approx(1.0, abs=0.2)
+
+
+def a_fit(bic: float, *ids: str, source: str = "a book") -> Any:
+    added = tuple(SimpleNamespace(effect=SimpleNamespace(source=source)) for _ in ids)
+    white = (np.ones((2, 50)),)
+    return SimpleNamespace(bic=bic, ids=ids, hypothesis=SimpleNamespace(added=added), white=white)
+
+
+@pytest.mark.parametrize(("named", "claimed"), [(-40.0, False), (-5.0, True)])
+def test_where_a_named_effect_was_refused_a_description_must_do_better(named: float, claimed: bool) -> None:
+    base, row = a_fit(0.0), a_fit(-30.0, "unknown_electrical", source=SOURCE)
+    judge = SimpleNamespace(prior=(Level(1.0),), temper=1.0)
+    tried = (base, row, a_fit(named, "structural_damping"))
+    outcome: Any = SimpleNamespace(base=base, best=base, tried=tried, judge=judge)
+    assert (unlisted.cheaper(outcome) is not None) == claimed
+
+
+@pytest.mark.parametrize(
+    ("more", "parameters", "over_time", "told"),
+    [(9.0, 5, False, False), (9.0, 6, False, True), (30.0, 6, False, False), (9.0, 6, True, False)],
+)
+def test_a_law_of_sweeps_is_not_excluded_by_the_price_of_its_numbers_alone(
+    more: float, parameters: int, over_time: bool, told: bool
+) -> None:
+    experiment = SimpleNamespace(model=SimpleNamespace(is_time_model=over_time))
+    white = (np.ones((2, 500)),)
+
+    def law(bic: float, count: int) -> Any:
+        hypothesis = SimpleNamespace(experiment=experiment)
+        return SimpleNamespace(bic=bic, parameters=count, ids=("one",), hypothesis=hypothesis, white=white)
+
+    outcome: Any = SimpleNamespace(best=law(0.0, 5), judge=SimpleNamespace(temper=1.0))
+    assert close(outcome, law(more, parameters)) == told
