@@ -134,7 +134,7 @@ payne_with_loss = Effect(
 
 
 def _mullins(model: Model, port: Port, p: Values, left: Parameter | float = 1) -> Model:
-    name = "stress_softening_whole"
+    name = f"stress_softening_by_path{'' if left == 1 else '_on'}"
     way = Abs(port["z_turn"] - port["z_prev"]) + Abs(port["z"] - port["z_turn"])
     whole = State(name, left, Symbol(name, real=True) * exp(-way / p["s_c"]), text="share not lost yet")
     return model.extend(port.equation, lambda k: k + p["k_0"] * whole, statements=(whole,))
@@ -155,7 +155,7 @@ stress_softening = Effect(
 
 def _peak(model: Model, port: Port, p: Values, left: Parameter | float = 1) -> Model:
     """What is left of k_p is exp(−z_max/z_c), and less where a record begins with less."""
-    name = "stress_softening_whole"
+    name = f"stress_softening_by_peak{'' if left == 1 else '_on'}"
     start = left * exp(-Abs(at_start(model, port["z"])) / p["z_c"])
     held = Min(Symbol(name, real=True), exp(-Abs(port["z"]) / p["z_c"]))
     whole = State(name, start, held, text="share not lost yet")

@@ -17,10 +17,10 @@ SLACK = 1.5
 """A refit may gain this many times the evidence that the score promised at first order."""
 COMPANIONS = 4
 """Families whose best single effects are tried beside each hypothesis of the beam."""
-
-
 FEW = 20
 """So many shapes are always tried."""
+DEAR = 3
+"""Physics beyond the most promising laws of which one law is tried, where fits are dear."""
 
 
 def grow(
@@ -84,11 +84,15 @@ def _promising(
                 wanted.append((reach, Grown(f, x.addition, tried)))
     wanted.sort(key=lambda w: w[0])
     chosen: dict[Key, Grown] = {}
+    others: dict[frozenset[str], tuple[Key, Grown]] = {}
     for _, g in wanted:
         key = g.fit.hypothesis.key | {g.addition.key}
         if key not in chosen and len(chosen) < s.pairs * (2 if len(g.fit.ids) == 1 else 1):
             chosen[key] = g
-    return chosen
+        others.setdefault(frozenset((*g.fit.ids, g.addition.id)), (key, g))
+    # the many laws of one physics leave others their place: those that are as good are told, too
+    new = [(key, g) for key, g in others.values() if key not in chosen and len(g.fit.ids) == 1]
+    return chosen | dict(new[: s.pairs if s.cheap else DEAR])
 
 
 def _evidence(gain: float, f: Fit, judge: Judge) -> float:

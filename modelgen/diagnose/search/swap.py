@@ -55,7 +55,10 @@ def swapped(s: Setting, base: Fit, judge: Judge, fits: Sequence[Fit], scores: Se
 def exchanged(s: Setting, base: Fit, judge: Judge, best: Fit, scores: Sequence[Score]) -> list[Fit]:
     """`best` with each of its effects exchanged for other laws of the same physics, and for the few others
     that promise most: a beam follows what gains first. Where fits are dear."""
-    return [f for a in best.hypothesis.added for f in _exchanges(s, base, judge, best, a, scores, FEW)]
+    found = []
+    for a in best.hypothesis.added:
+        found += _exchanges(s, base, judge, best, a, scores, FEW, scouting=True)
+    return found
 
 
 def parts(s: Setting, judge: Judge, best: Fit) -> list[Fit]:
@@ -82,13 +85,14 @@ def _exchanges(
     old: Addition,
     scores: Sequence[Score],
     most: int,
+    scouting: bool = False,
 ) -> list[Fit]:
     """Fits with other effects, the `most` promising, in the place of `old`, and of the rest alone.
 
     They are scored from the values that the rest has beside `old`, where what is missing may be too much for
     a derivative; and from the rest's own optimum, which may be far from the truth. What the base alone can
     imitate shows only beside the others, so its score says nothing, and it is tried; so are other laws of
-    the same physics.
+    the same physics. scouting: in any shape, as what these were beside a bent base tells little.
     """
     kept = tuple(a for a in best.hypothesis.added if a.key != old.key)
     rest = make_hypotheses(s.model, s.case, s.series, [kept])[0]
@@ -97,7 +101,7 @@ def _exchanges(
     usable = [x for x in scores if x.addition.key != old.key and x.addition.id not in rest.ids]
     found: dict[tuple[str, str, int], list[Promise]] = {}
     for f in (beside, alone):
-        for p in _scored(base, judge, f, usable):
+        for p in _scored(base, judge, f, usable, scouting):
             found.setdefault(p.addition.key, []).append(p)
     chosen = sorted(found.values(), key=_least)[:most]
     if most < len(scores):
@@ -134,14 +138,17 @@ def _least(promises: Sequence[Promise]) -> float:
     return min(p.left for p in promises)
 
 
-def _scored(base: Fit, judge: Judge, f: Fit, scores: Sequence[Score]) -> list[Promise]:
-    """What each effect promises beside f."""
+def _scored(
+    base: Fit, judge: Judge, f: Fit, scores: Sequence[Score], scouting: bool = False
+) -> list[Promise]:
+    """What each effect promises beside f: in the shapes that explained most alone or, `scouting`, in any."""
     tangent = Tangent.of(*judge.tangent(f))
     inner = f.hypothesis.values_of(f.theta, base.hypothesis)
     whole = float(tangent.r @ tangent.r)
     found = []
     for x in scores:
-        again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 1, points_of(x))
+        points = None if scouting else points_of(x)
+        again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 1, points)
         if again.starts:
             found.append(Promise(whole - again.gain, x.addition, f.theta, again.starts[0][1]))
     return found
