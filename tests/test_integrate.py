@@ -142,3 +142,12 @@ def test_van_der_pol_with_its_jumps_in_stiff_steps() -> None:
     found = build(oscillator(4, True))(t=at, u=0 * at, **values)
     assert np.abs(found - wanted)[np.abs(np.gradient(wanted)) < 0.02].max() < 0.02
     assert np.sum(np.diff(np.sign(wanted)) != 0) == np.sum(np.diff(np.sign(found)) != 0) >= 2
+
+
+def test_inputs_run_linearly_without_being_told() -> None:
+    """Held over a step, a force that is measured comes half a sample late."""
+    x = State("x", 0.0, rate=k * (u - Symbol("x", real=True)))
+    told = Model("lag", (t, previous(t), u, previous(u)), (k,), (x, Equation("y", x)), ("y",))
+    short = Model("lag", (t, u), (k,), (x, Equation("y", x)), ("y",))
+    assert {i.name for i in short.inputs} == {i.name for i in told.inputs}
+    assert build(short)(t=AT, u=DRIVE, k=3.0) == pytest.approx(build(told)(t=AT, u=DRIVE, k=3.0), rel=1e-12)

@@ -22,6 +22,7 @@ from modelgen.language.quantities import (
     Parameter,
     State,
     Statement,
+    previous,
 )
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -104,7 +105,22 @@ class Model:
             object.__setattr__(self, key, tuple(getattr(self, key)))
         outputs = tuple(Output(o) if isinstance(o, str) else o for o in self.outputs)
         object.__setattr__(self, "outputs", outputs)
+        if any(s.rate is not None for s in self.states):
+            have = {i.name for i in self.inputs}
+            more = (i for i in map(previous, self._integrated_along()) if i.name not in have)
+            object.__setattr__(self, "inputs", (*self.inputs, *more))
         check_model(self)
+
+    def _integrated_along(self) -> list[Input]:
+        """Recorded inputs that a state's rate depends on, and time: over a step they run linearly from their
+        previous values, which the model therefore needs, to the present ones."""
+        rates = [s.rate for s in self.states if s.rate is not None]
+        wanted = {self.axis} | {x.name for rate in rates for x in rate.free_symbols}
+        for s in reversed(self.statements):
+            if isinstance(s, Equation) and s.name in wanted:
+                wanted |= {x.name for x in s.expr.free_symbols}
+        have = {i.derived[1] for i in self.inputs if i.derived and i.derived[0] == "previous"}
+        return [i for i in self.inputs if i.name in wanted - have and i.derived is None]
 
     @cached_property
     def scalar_parameters(self) -> tuple[Parameter, ...]:
