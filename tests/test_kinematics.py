@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from modelgen.errors import InputError
 from modelgen.recordings import Channel, Kinematics, Signature, kinematics, load_case, read_case_file
-from modelgen.recordings.noise import noise_std
 
 SHARED = Path(__file__).parents[2] / "shared" / "data"
 NOISE = 2.88e-4  # mm, of the displacement sensor of the MRE paper
@@ -282,9 +281,3 @@ def test_measured_displacements(name: str, turns: tuple[int, int], speed: float)
     assert rms(k.z - r.inputs["z"]) <= 1.2 * k.sigma_z
     path = np.concatenate(([0], np.cumsum((k.v[1:] + k.v[:-1]) / 2 * np.diff(r.inputs["t"]))))
     assert rms(path - path.mean() - (k.z - k.z.mean())) < 0.01 * np.ptp(k.z)
-
-
-def test_edges_that_follow_each_other_closely_are_no_noise() -> None:
-    n = np.arange(2000.0)
-    z = 10 * np.abs((n / 47.3) % 1.0 - 0.5)
-    assert noise_std(n, noisy(z, 0, 1e-3)) == pytest.approx(1e-3, rel=0.8)

@@ -145,14 +145,3 @@ def test_a_claim_needs_more_than_a_few_frequencies(width: float, narrow: bool) -
     # where the model has as sharp a resonance, that has moved
     peak = [e + 30.0 for e in still]
     assert lone(f, [e + line for e in noise], noise, peak, "mechanical") is None
-
-
-def test_a_square_wave_is_no_plateau_where_the_model_errs_at_its_edges() -> None:
-    """As friction on a triangle, whose speed at the corners is known badly."""
-    s, _, _ = _force(clip=None)
-    rng, n = np.random.default_rng(0), np.arange(s.n)
-    wave = np.where(n % 200 < 100, 1.0, -1.0)
-    model = wave + 0.5 * (n % 100 < 6) * rng.standard_normal(s.n)
-    square = replace(s, data=(wave + SIGMA * rng.standard_normal(s.n))[None])
-    white = (model - square.data) / SIGMA
-    assert saturation([square], [white], [np.zeros(s.n, dtype=bool)])[0] is None

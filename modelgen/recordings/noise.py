@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 ORDERS = (2, 4, 8, 12, 16, 20, 24)
-EDGED = 0.7
-"""Share of what the highest orders find that a lower one finds where the signal has edges."""
 TOO_SHORT = 24  # samples; below, noise and signal can't be told apart
 
 
@@ -21,8 +19,6 @@ def noise_std(t: Array, z: Array) -> float:
     High-order divided differences hold noise and nearly no signal (Hall, Kay and Titterington, Biometrika 77
     (1990) 521); the median of their size doesn't mind kinks. A signal of few samples a period leaks into
     them, less with each order: where the estimate still falls at the last, it sees signal, and 0 is returned.
-    Edges that follow each other closely leak into the high orders, which hold them always: where a lower one
-    finds far less, that is the noise.
     """
     steps = np.diff(t)
     uniform = bool(np.ptp(steps) < 1e-3 * steps.mean()) if steps.size else True
@@ -33,8 +29,6 @@ def noise_std(t: Array, z: Array) -> float:
     if found[-1] < 0.7 * found[-2]:
         return 0.0
     std = min(found[-2:])
-    low = min((x for x in found[1:] if x > 0), default=std)
-    std = low if low < EDGED * std else std
     return std if std > 100 * np.finfo(float).eps * float(np.abs(z).max()) else 0.0
 
 

@@ -21,19 +21,17 @@ def _follows(model: Model, fit: Fit, grid: Array, width: float) -> Array:
         power = np.abs(np.fft.rfft((z - z.mean()) * np.hanning(s.n))) ** 2
         f = np.arange(len(power)) * (s.n - 1) / float(t[-1] - t[0]) / s.n
         strong = f[power > 1e-3 * power.max()]
-        near |= (grid > strong.min() - 2 * width) & (grid < strong.max() + 2 * width)
-        first = _peak(power) * f[1]
-        order = np.round(grid / max(first, f[1]))
-        # an edge of the motion has harmonics of any order
-        near |= (order > 1) & (np.abs(grid - order * first) < np.where(order < 10, 3.0, 1.0) * width)
+        for order in range(1, 10):
+            near |= (
+                (grid > order * strong.min() - 2 * width) & (grid < order * strong.max() + 2 * width)
+                if order == 1
+                else _close(grid, order * f[np.argmax(power)], 3 * width)
+            )
     return near
 
 
-def _peak(power: Array) -> float:
-    """Where a spectrum is largest, between its lines (a parabola through three logarithms)."""
-    k = int(np.clip(np.argmax(power), 1, len(power) - 2))
-    a, b, c = np.log(np.maximum(power[k - 1 : k + 2], 1e-300))
-    return k + float(np.clip(0.5 * (a - c) / min(a - 2 * b + c, -1e-300), -0.5, 0.5))
+def _close(grid: Array, f: float, width: float) -> Array:
+    return np.asarray(np.abs(grid - f) < width)
 
 
 def line(model: Model, fit: Fit, n: int) -> Leftover:
