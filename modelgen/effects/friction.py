@@ -9,8 +9,6 @@ from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change
 from modelgen.language import Abs, Equation, Model, Parameter, Port, State, exp, sign, sqrt
 
 DAHL = "P. R. Dahl, Aerospace Corp. TOR-0158(3107-18)-1 (1968); MRE paper, eq. 8–9"
-
-
 SLIPPED = Parameter(
     "second_dahl_element_past", "1", 0.0, (-1.0, 1.0), "state of the second element at the first sample"
 )
