@@ -1,4 +1,4 @@
-"""Waves on a cable or in a pipe, told from effects that imitate them; and what is not excluded."""
+"""Waves on a cable or in a pipe, told from effects that imitate them."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,7 +12,6 @@ from modelgen.diagnose import diagnose
 from modelgen.diagnose.gate import unlisted
 from modelgen.diagnose.gate.describe import SOURCE
 from modelgen.diagnose.hypotheses.evidence import Level
-from modelgen.diagnose.hypotheses.ranking import close
 
 Q = 12.0
 HEAD = """
@@ -73,21 +72,3 @@ def test_where_a_named_effect_was_refused_a_description_must_do_better(named: fl
     tried = (base, row, a_fit(named, "structural_damping"))
     outcome: Any = SimpleNamespace(base=base, best=base, tried=tried, judge=judge)
     assert (unlisted.cheaper(outcome) is not None) == claimed
-
-
-@pytest.mark.parametrize(
-    ("more", "parameters", "over_time", "told"),
-    [(9.0, 5, False, False), (9.0, 6, False, True), (30.0, 6, False, False), (9.0, 6, True, False)],
-)
-def test_a_law_of_sweeps_is_not_excluded_by_the_price_of_its_numbers_alone(
-    more: float, parameters: int, over_time: bool, told: bool
-) -> None:
-    experiment = SimpleNamespace(model=SimpleNamespace(is_time_model=over_time))
-    white = (np.ones((2, 500)),)
-
-    def law(bic: float, count: int) -> Any:
-        hypothesis = SimpleNamespace(experiment=experiment)
-        return SimpleNamespace(bic=bic, parameters=count, ids=("one",), hypothesis=hypothesis, white=white)
-
-    outcome: Any = SimpleNamespace(best=law(0.0, 5), judge=SimpleNamespace(temper=1.0))
-    assert close(outcome, law(more, parameters)) == told

@@ -48,6 +48,8 @@ One in series at the mechanical side is a second_mode, and any beside it is one 
 """
 FEW = 2
 """The best kinds of resonances, whose fits go on."""
+LOOSE = 2.0
+"""Those that after a few steps leave so many times the χ² of the best named effects do not."""
 KEEP = 5
 """Starts for each kind of resonance and each state of the base: rows have many local optima."""
 QUALITIES = (4.0, 12.0, 36.0)
@@ -74,7 +76,7 @@ def with_rivals(setting: Setting, outcome: Outcome) -> Outcome:
     if not outcome.best.hypothesis.added:
         references.pop()
     tangents = [Tangent.of(*judge.tangent(f)) for f in references]
-    fits = []
+    fits, worth = [], LOOSE * outcome.best.chi2
     for h in make_hypotheses(setting.model, setting.case, setting.series, [(a,) for a in found]):
         starts = [
             x
@@ -82,9 +84,10 @@ def with_rivals(setting: Setting, outcome: Outcome) -> Outcome:
             for x in _starts(h, f, tangent, judge.whiteners)
         ]
         if starts:
-            fits.append(judge.fit(h, starts))
+            fits.append(judge.fit(h, starts, worth=worth))
     fits.sort(key=lambda f: f.bic)
-    return replace(outcome, tried=(*outcome.tried, *(_settled(judge, f) for f in fits[:FEW]), *fits[FEW:]))
+    fits = [_settled(judge, f) if k < FEW and f.chi2 < worth else f for k, f in enumerate(fits)]
+    return replace(outcome, tried=(*outcome.tried, *fits))
 
 
 def _settled(judge: Judge, f: Fit) -> Fit:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.hypothesis import Addition
 from modelgen.diagnose.hypotheses.refit import Fit, misfit
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome
@@ -130,17 +129,9 @@ def _as_wrong(outcome: Outcome, f: Fit) -> bool:
     return outcome.judge.temper > 1.0 and len(f.ids) == len(best.ids) and f.chi2 < WRONG**2 * best.chi2
 
 
-PARSIMONY = 0.5
-"""Share of the price of its further numbers that a law of sweeps is spared where it is asked whether the data
-exclude it: the price is a prior's, and no reading of theirs."""
-
-
 def close(outcome: Outcome, f: Fit) -> bool:
     """Whether the data do not exclude `f`, with as many effects as the best hypothesis."""
-    best = outcome.best
-    more = 0 if f.hypothesis.experiment.model.is_time_model else max(0, f.parameters - best.parameters)
-    spared = PARSIMONY * more * float(np.log(effective(f.white)))
-    return f.bic - best.bic - spared < CLOSE or _as_wrong(outcome, f)
+    return f.bic - outcome.best.bic < CLOSE or _as_wrong(outcome, f)
 
 
 def _likelihood(outcome: Outcome, f: Fit) -> float:
