@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -253,7 +254,9 @@ def test_a_file_that_the_diagnosis_should_not_read_is_noticed(tmp_path):
     """In a process of its own, as an audit hook is there to stay."""
     case = tmp_path / "case"
     case.mkdir()
-    for path in (case / "rec_1.csv", tmp_path / "secret.json"):
+    cache = tmp_path / "kernels"
+    cache.mkdir()
+    for path in (case / "rec_1.csv", cache / "kernel.c", tmp_path / "secret.json"):
         path.write_text("f [Hz]")
     script = (
         "import sys; from pathlib import Path; from modelgen.prove.watch import Watch\n"
@@ -261,13 +264,15 @@ def test_a_file_that_the_diagnosis_should_not_read_is_noticed(tmp_path):
         "with watch.on(folder) as foreign:\n"
         "    (folder / 'rec_1.csv').read_text(); (folder / 'own.txt').write_text('x')\n"
         "    import decimal; open(sys.executable, 'rb').close()\n"
+        "    (folder.parent / 'kernels' / 'kernel.c').read_text()\n"
         "    own = set(foreign)\n"
         "    (folder.parent / 'secret.json').read_text()\n"
         "print('\\n'.join(foreign))"
     )
     done = subprocess.run(
-        [sys.executable, "-c", script, str(case)], capture_output=True, text=True, check=True
-    )
+        [sys.executable, "-c", script, str(case)], capture_output=True, text=True, check=True,
+        env={**os.environ, "MODELGEN_CACHE": str(cache)},
+    )  # fmt: skip
     assert done.stdout.split() == [str(tmp_path / "secret.json")]
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import modelgen
+from modelgen.codegen.compiler import cache_folder
 
 SYSTEM = ("/usr", "/lib", "/etc", "/proc", "/sys", "/dev")
 
@@ -27,7 +28,7 @@ class Watch:
         package = Path(modelgen.__file__).parent
         around = {os.path.realpath(p) for p in ("", package.parent, tempfile.gettempdir())}
         parts = (package, package.parent / "templates", package.parent / "generated")
-        places = (sys.prefix, sys.base_prefix, *sys.path, *parts, cache, *SYSTEM)
+        places = (sys.prefix, sys.base_prefix, *sys.path, *parts, cache, cache_folder(), *SYSTEM)
         self._own = {os.path.realpath(p) for p in places} - around
         self._seen: set[str] | None = None
         sys.addaudithook(self._hook)
