@@ -65,6 +65,34 @@ def test_the_case_itself_is_good(folder: Path, capsys: pytest.CaptureFixture[str
     assert "Bl" in capsys.readouterr().out and (folder / "fit.json").exists()
 
 
+LAG = """
+from modelgen.language import *
+t, u = Input("t", "s"), Input("u", "N")
+tau, K = Parameter("tau", "s", 0.2, (0.01, 10.0)), Parameter("K", "mm/N", 1.0, (0.0, 10.0))
+x = State("x", 0.0, rate=(K * u - Symbol("x", real=True)) / tau, unit="mm")
+lag = Model("lag", (t, u), (tau, K), (x,), ("x",))
+"""
+
+
+def test_a_state_may_be_an_output_and_units_and_names_in_brackets_are_printed(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    t = np.arange(0, 4, 0.02)
+    noise = 0.01 * np.random.default_rng(3).standard_normal((2, len(t)))
+    text = 'model = "lag.py:lag"\nper_recording = ["tau"]\n'
+    for name, e in zip("ab", noise, strict=True):
+        rows = np.stack([t, np.sin(3 * t), 2 * np.sin(3 * t - 0.5) + e], axis=1)
+        np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header="t [s],u [N],x [mm]", comments="")
+        text += f'[[recording]]\nfile = "{name}.csv"\n'
+    (folder / "lag.py").write_text(LAG)
+    (folder / "lag.toml").write_text(text)
+    assert main(["fit", "lag.toml"]) == 0
+    told = capsys.readouterr().out
+    assert "tau[a]" in told and "tau[b]" in told
+    assert main(["diagnose", "lag.toml"]) == 0
+    assert "fit [mm]" in capsys.readouterr().out
+
+
 TABLES = {
     "": "empty",
     "f [Hz],Re Z [ohm],Im Z [ohm]\n": "no data|no line|empty|no row",
@@ -220,6 +248,7 @@ MODELS = {
         '"R", "ohm", 1.0', '"R", "ohm", 1.0, (2.0, 3.0)'
     ): "default 1 of 'R' is outside \\[2, 3\\]",
     SPRING.replace('"R", "ohm", 1.0', '"R", "ohm", 2.5, (3.0, 2.0)'): "bounds of parameter 'R' are reversed",
+    SPRING.replace("(f,)", '(f, Input("R", "ohm"))'): "name 'R' is declared twice",
     SPRING.replace("(R, X)", "(R,)"): "'X' is not declared",
     SPRING.replace("R + j * f * X", "'R'"): "line 5: 'R' of type str is no expression",
     SPRING.replace("R + j * f * X", "Max(R, j * f * X)"): "complex numbers have no order, in Max",

@@ -21,8 +21,8 @@ def console() -> Console:
     """Prints to standard output."""
     from rich.console import Console
 
-    found = Console(highlight=False)
-    return found if found.is_terminal else Console(highlight=False, width=PLAIN_WIDTH)
+    found = Console(highlight=False, markup=False)
+    return found if found.is_terminal else Console(highlight=False, markup=False, width=PLAIN_WIDTH)
 
 
 def table(*columns: str) -> Table:
@@ -42,7 +42,7 @@ def progress_bar(title: str) -> Iterator[Callable[[float, str], None]]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    err = Console(stderr=True)
+    err = Console(stderr=True, markup=False)
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),

@@ -178,7 +178,7 @@ def _progress(
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    err = Console(stderr=True)
+    err = Console(stderr=True, markup=False)
     columns = (TextColumn("proving"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(),
                TextColumn("{task.fields[right]} right of those"))  # fmt: skip
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
@@ -214,7 +214,7 @@ def _told(row: Row) -> str:
     mark = "✗" if missed(row) else "✓"
     where = f"{row['domain']}, {row['noise']}, rms {row['ratio']:.2f} × noise, "
     where = "" if "name" in row else where
-    return f"revealed {mark} {secret} → {first}   [dim]{where}{row['wall']:.1f} s[/dim]"
+    return f"revealed {mark} {secret} → {first}   {where}{row['wall']:.1f} s"
 
 
 def _show(rows: Sequence[Row], to: Console, room: Room) -> None:

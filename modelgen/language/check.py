@@ -27,9 +27,10 @@ def _check_names(model: Model) -> None:
 
     check_name(model.id, "model id")
     seen: set[str] = set()
-    for q in (*model.inputs, *model.parameters, *model.scalar_parameters, *model.statements):
+    parts = (p for p in model.scalar_parameters if p not in model.parameters)
+    for q in (*model.inputs, *model.parameters, *parts, *model.statements):
         check_name(q.name, f"model '{model.id}': name")
-        if q.name in seen and not (getattr(q, "part", None) is None and q in model.scalar_parameters):
+        if q.name in seen:
             raise InputError(f"model '{model.id}': name '{q.name}' is declared twice")
         seen.add(q.name)
     for p in model.scalar_parameters:
@@ -168,7 +169,7 @@ def _unit(expr: Any, units: dict[str, Any], one: Any) -> Any:
     if isinstance(expr, sp.Symbol):
         return units[expr.name]
     if expr.is_Number or expr.is_NumberSymbol or expr is sp.I:
-        return ANY if expr in (sp.S.Zero, sp.oo, -sp.oo, sp.nan) else one
+        return ANY if expr.is_zero or expr in (sp.oo, -sp.oo, sp.nan) else one
     if isinstance(expr, sp.Add | sp.Max | sp.Min):
         total = ANY
         for a in expr.args:

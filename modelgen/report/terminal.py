@@ -32,10 +32,11 @@ def print_verdict(verdict: Verdict, console: Console) -> None:
 def _table(*columns: str) -> Table:
     from rich import box
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for k, name in enumerate(columns):
-        table.add_column(name, justify="left" if k == 0 else "right", overflow="fold")
+        table.add_column(Text(name), justify="left" if k == 0 else "right", overflow="fold")
     return table
 
 
