@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -63,6 +64,26 @@ def contents(folder: Path) -> dict[str, bytes]:
 def test_the_case_itself_is_good(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["fit", "case.toml", "--json", "fit.json"]) == 0
     assert "Bl" in capsys.readouterr().out and (folder / "fit.json").exists()
+
+
+LAW = """
+from modelgen.effects import Effect, Strength
+from modelgen.effects.effect import add
+e = Effect("rub", ("mechanical_impedance",), "", "", (Strength("R", "{port}"),), add(lambda at, p: p["R"]))
+"""
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ('at["omga"]', "'rub': neither port 'mechanical' of .* a 'omga', did you mean 'omega'"),
+        ('p["r"]', "a 'r', did you mean 'R'"),
+        ('p["R"] / int("x")', "'rub' at port 'mechanical' of electrodynamic_transducer: ValueError"),
+    ],
+)
+def test_an_effect_whose_law_fails_is_refused(folder: Path, refused: Run, wrong: str, says: str) -> None:
+    (folder / "rub.py").write_text(LAW.replace('p["R"]', wrong))
+    assert re.search(says, refused("diagnose", "case.toml", "--effects", "rub.py"))
 
 
 LAG = """

@@ -21,10 +21,10 @@ from modelgen.diagnose.noise.floor import slanted, two_parts
 from modelgen.diagnose.noise.noise import masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.diagnose.noise.thin import thin
+from modelgen.diagnose.own_effects import check_effects, unknown_kinds
 from modelgen.diagnose.search.search import search, white_judge
 from modelgen.diagnose.verdict import Verdict
 from modelgen.effects import Effect
-from modelgen.errors import InputError, did_you_mean
 from modelgen.fit import PSO
 from modelgen.fit.experiment import experiment
 from modelgen.fit.motion import errors_in_motion
@@ -68,13 +68,13 @@ def diagnose(
 
     begun = time.perf_counter()
     catalogue = (*CATALOGUE, *(effects or ()))
-    _check_kinds(effects or (), model, {k for e in CATALOGUE for k in e.kinds})
+    check_effects(effects or (), model, {k for e in CATALOGUE for k in e.kinds})
     if progress:
         progress(0.02, "reading")
     case, notes = thin(model, case)
     ground = prepare(model, case, seed)
     seen = (*unresolved(model, ground.series), *mirrored(model, case, ground.base, seed))
-    notes = (*notes, *_unknown_kinds(model, catalogue))
+    notes = (*notes, *unknown_kinds(model, catalogue))
     ground = replace(ground, notes=(*notes, *seen, *ground.notes))
     if progress:
         progress(0.15, "base fitted")
@@ -83,25 +83,6 @@ def diagnose(
     if progress:
         progress(0.9, "deciding")
     return conclude(setting, ground.notes, ground.marks, ground.oddity, outcome, out, begun)
-
-
-def _check_kinds(effects: Sequence[Effect], model: Model, known: set[str]) -> None:
-    """Refuse an effect for kinds of ports that neither model nor catalogue knows: it would fit none."""
-    here = {p.kind for p in model.ports}
-    for e in effects:
-        if not (known | here) & set(e.kinds):
-            kind = e.kinds[0] if e.kinds else ""
-            raise InputError(
-                f"effect '{e.id}': no kind of port '{kind}' ({model.id} has {', '.join(sorted(here))})"
-                f"{did_you_mean(kind, known | here)}"
-            )
-
-
-def _unknown_kinds(model: Model, catalogue: Sequence[Effect]) -> tuple[str, ...]:
-    """Notes on ports whose kind no effect knows, though it is near to one: rather a slip of the pen."""
-    known = {k for e in catalogue for k in e.kinds}
-    near = ((p, did_you_mean(p.kind, known)) for p in model.ports if p.kind not in known)
-    return tuple(f"port '{p.name}': no effect knows the kind '{p.kind}'{n}" for p, n in near if n)
 
 
 def prepare(model: Model, case: Case, seed: int) -> Ground:

@@ -146,8 +146,8 @@ def signature_of(model: Model) -> Signature:
     outputs = []
     for o in model.outputs:
         s = model[o.name]
-        turned = hasattr(s, "expr") and is_complex(s.expr)  # a state is real
-        outputs.append(Channel(o.name, s.unit, turned, o.measured_as))
+        two_parts = hasattr(s, "expr") and is_complex(s.expr)  # a state is real
+        outputs.append(Channel(o.name, s.unit, two_parts, o.measured_as))
     return Signature(
         model.id,
         tuple(Channel(i.name, i.unit) for i in model.inputs if i.derived is None),

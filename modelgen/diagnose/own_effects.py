@@ -1,0 +1,55 @@
+"""Effects of the user's own, and ports of the user's own models: whether they are of use to each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from modelgen.effects import Effect
+from modelgen.errors import InputError, did_you_mean
+from modelgen.language import Model
+
+
+def check_effects(effects: Sequence[Effect], model: Model, known: set[str]) -> None:
+    """Refuse effects for kinds of ports that neither `model` nor the catalogue (`known`) has, and those whose
+    law fails. Raises InputError."""
+    _check_kinds(effects, model, known)
+    _check_laws(effects, model)
+
+
+def _check_kinds(effects: Sequence[Effect], model: Model, known: set[str]) -> None:
+    """Refuse an effect for kinds of ports that neither model nor catalogue knows: it would fit none."""
+    here = {p.kind for p in model.ports}
+    for e in effects:
+        if not (known | here) & set(e.kinds):
+            kind = e.kinds[0] if e.kinds else ""
+            raise InputError(
+                f"effect '{e.id}': no kind of port '{kind}' ({model.id} has {', '.join(sorted(here))})"
+                f"{did_you_mean(kind, known | here)}"
+            )
+
+
+def _check_laws(effects: Sequence[Effect], model: Model) -> None:
+    """Refuse an effect whose law fails where it is to be added: what can't be built is else left out."""
+    for e in effects:
+        for port in e.fits(model):
+            try:
+                e.extend(model, port)
+            except KeyError as missing:
+                name = str(missing.args[0])
+                have = [*dict(port.variables), *e.parameters(model, port)]
+                raise InputError(
+                    f"effect '{e.id}': neither port '{port.name}' of {model.id} nor the effect has a '{name}'"
+                    f"{did_you_mean(name, have)}"
+                ) from None
+            except InputError:
+                continue  # its law has no place in this model
+            except Exception as error:
+                what = f"{type(error).__name__}: {error}"
+                raise InputError(f"effect '{e.id}' at port '{port.name}' of {model.id}: {what}") from None
+
+
+def unknown_kinds(model: Model, catalogue: Sequence[Effect]) -> tuple[str, ...]:
+    """Notes on ports whose kind no effect knows, though it is near to one: rather a slip of the pen."""
+    known = {k for e in catalogue for k in e.kinds}
+    near = ((p, did_you_mean(p.kind, known)) for p in model.ports if p.kind not in known)
+    return tuple(f"port '{p.name}': no effect knows the kind '{p.kind}'{n}" for p, n in near if n)
