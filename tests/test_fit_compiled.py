@@ -98,6 +98,9 @@ def test_whitening_in_c_is_whitening(colour: str, rows: tuple[int, ...]) -> None
     assert np.allclose(
         sums.columns(theta, [4, 0]) / size[[4, 0]], slopes[:, [4, 0]] / size[[4, 0]], atol=1e-12
     )
+    both = np.array([theta, truth])
+    assert np.array_equal(sums.residuals(both), [sums.residuals(t) for t in both])
+    assert np.array_equal(sums.columns(both, [4, 0]), [sums.columns(t, [4, 0]) for t in both])
     value, g, A = sums.normal(theta)
     assert value == pytest.approx(e @ e, rel=1e-12)
     assert sums.values(theta[None]) == pytest.approx([e @ e], rel=1e-12)

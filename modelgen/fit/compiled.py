@@ -84,24 +84,29 @@ class Compiled:
                 rise.worked(thread_time() - begun)
 
     def residuals(self, theta: Array) -> Array:
-        """Whitened residuals (N,), recording by recording, in each channel by channel."""
-        (table, keep), theta = self.tables(apart=True), np.ascontiguousarray(theta, dtype=float)
-        found = np.empty(sum(r.size for r in self.recordings))
-        library().mg_noise_residuals(ctypes.addressof(table), len(table), address(theta), address(found))
+        """Whitened residuals (N,), recording by recording, in each channel by channel; (m, N) at the rows of
+        θ (m, p)."""
+        (table, keep), rows = self.tables(apart=True), np.ascontiguousarray(np.atleast_2d(theta), dtype=float)
+        found = np.empty((len(rows), sum(r.size for r in self.recordings)))
+        call, of = library().mg_noise_residuals, (ctypes.addressof(table), len(table))
+        for at, to in zip(_rows(rows), _rows(found), strict=True):
+            call(*of, at, to)
         del keep
-        return found
+        return found.reshape(*np.shape(theta)[:-1], -1)
 
     def columns(self, theta: Array, wanted: Sequence[int]) -> Array:
-        """The columns `wanted` of their Jacobian, (N, len(wanted)), each in one piece."""
+        """The columns `wanted` of their Jacobian, (N, len(wanted)), each in one piece; (m, N, len(wanted)) at
+        the rows of θ (m, p)."""
         begun, (table, keep) = thread_time(), self.tables(apart=True)
-        theta = np.ascontiguousarray(theta, dtype=float)
+        rows = np.ascontiguousarray(np.atleast_2d(theta), dtype=float)
         which = np.array(wanted, dtype=np.int64)
-        found = np.empty((len(which), sum(r.size for r in self.recordings)))
-        at = (ctypes.addressof(table), len(table), address(theta), address(which), *found.shape)
-        library().mg_noise_columns(*at, address(found))
+        found = np.empty((len(rows), len(which), sum(r.size for r in self.recordings)))
+        call, of, to = library().mg_noise_columns, (ctypes.addressof(table), len(table)), _rows(found)
+        for k, at in enumerate(_rows(rows)):
+            call(*of, at, address(which), *found.shape[1:], to[k])
         del keep
         self._worked(begun)
-        return found.T
+        return np.moveaxis(found.reshape(*np.shape(theta)[:-1], *found.shape[1:]), -1, -2)
 
     def values(self, thetas: Array, threads: int | None = None) -> Array:
         """r·r at each row of θ (m, p); +inf where it is not finite."""
@@ -162,6 +167,12 @@ class Compiled:
         places = [np.where(r.place == index, -1, r.place - (r.place > index)) for r in self.recordings]
         moved = (replace(r, place=p, held=h) for r, p, h in zip(self.recordings, places, held, strict=True))
         return Compiled(tuple(moved), self.size - 1)
+
+
+def _rows(array: Array) -> list[int]:
+    """Where each row of an array in one piece begins."""
+    first, step = address(array), array[0].nbytes if len(array) else 0
+    return [first + k * step for k in range(len(array))]
 
 
 def compiled(

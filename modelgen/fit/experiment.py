@@ -142,7 +142,7 @@ class Experiment:
         return sums.residuals(theta), sums.columns(theta, range(sums.size))
 
     def columns(self, theta: Array, wanted: Sequence[int], whiteners: Sequence[Whitener]) -> Array:
-        """The columns `wanted` of the whitened Jacobian alone, (N, len(wanted))."""
+        """The columns `wanted` of the whitened Jacobian alone, (N, len(wanted)); see `Compiled.columns`."""
         return self.sums(whiteners).columns(theta, wanted)
 
     def normal(self, theta: Array, whiteners: Sequence[Whitener] | None = None) -> tuple[float, Array, Array]:

@@ -117,16 +117,15 @@ class Judge:
         """(r·r, θ) where descents from `starts` end; those that fail are left out."""
         loose = h.experiment.model.is_time_model and iterations < LONG
         local = GaussNewton(max_iter=iterations, tol=SETTLED if loose else FINE)
-        ends = []
-        for start in starts:
-            with np.errstate(all="ignore"):
-                try:
-                    found = local.run(h.experiment.problem(start, self.whiteners))
-                except (InputError, np.linalg.LinAlgError):
-                    continue
-            if np.isfinite(found.value):
-                ends.append((float(found.value), np.asarray(found.theta)))
-        return ends
+        if not starts:
+            return []
+        try:
+            problem = h.experiment.problem(starts[0], self.whiteners)
+        except InputError:
+            return []
+        ends = local.descents(problem, np.clip(np.array(starts), problem.lower, problem.upper))
+        found = zip(ends.value.tolist(), ends.theta, strict=True)
+        return [(value, theta) for value, theta in found if np.isfinite(value)]
 
     def look(self, h: Hypothesis, theta: Array) -> Fit:
         """Evidence of `h` at θ as it stands."""

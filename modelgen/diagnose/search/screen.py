@@ -3,18 +3,21 @@ not."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis
 from modelgen.effects import Shape, Strength
+from modelgen.fit.pool import slices
 from modelgen.fit.series import Array, Whitener
 
 BLIND = 1e-7
 """Share of a derivative's square that must be left beside the base's sensitivities; less is a parameter
 renamed."""
+AT_ONCE = 4_000_000
+"""Numbers that are kept of the places of a grid."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +59,7 @@ class Tangent:
         return Tangent(r, u[:, s > 1e-10 * (s[0] if s.size else 1.0)])
 
     def off(self, columns: Array) -> Array:
-        """The part of `columns` (N, k) that no change of the fitted parameters can make."""
+        """The part of `columns` (..., N, k) that no change of the fitted parameters can make."""
         rest = columns - self.q @ (self.q.T @ columns)
         return rest - self.q @ (self.q.T @ rest)
 
@@ -73,18 +76,15 @@ def score(
     """Score test of the last effect of `h` over the grid of its shapes (or at `points`), at the base's
     fit."""
     a = h.added[-1]
+    grid = list(a.grid() if points is None else points)
+    judged = _secants if a.effect.secant else _slopes
     tries: list[tuple[float, Mapping[str, float]]] = []
-    blind = True
-    for point in a.grid() if points is None else points:
-        gain, values = (
-            _secant(h, base, theta, tangent, whiteners, point)
-            if a.effect.secant
-            else _slope(h, base, theta, tangent, whiteners, point)
-        )
-        if gain is None:
-            continue
-        blind = False
-        tries.append((gain, {**point, **values}))
+    for part in slices(len(grid), -(-len(grid) * len(tangent.r) * len(a.strengths) // AT_ONCE)):
+        places = [h.place(base, theta, point) for point in grid[part]]
+        for point, found in zip(grid[part], judged(h, tangent, whiteners, np.array(places)), strict=True):
+            if found is not None:
+                tries.append((found[0], {**point, **found[1]}))
+    blind = not tries
     if blind and not a.effect.secant:
         tries = [(0.0, _finite(h, base, theta, tangent, whiteners))]
     tries.sort(key=lambda x: -x[0])
@@ -128,35 +128,34 @@ def _far(a: Mapping[str, float], b: Mapping[str, float]) -> bool:
     return any(abs(a[k] - b[k]) > 0.35 * max(abs(a[k]), abs(b[k])) for k in a if k in b)
 
 
-def _slope(
-    h: Hypothesis,
-    base: Hypothesis,
-    theta: Array,
-    tangent: Tangent,
-    whiteners: Sequence[Whitener],
-    point: Mapping[str, float],
-) -> tuple[float | None, dict[str, float]]:
-    """One-sided score of the strengths' derivatives at null."""
-    at = h.place(base, theta, point)
-    names = h.added[-1].strengths
-    index = [h.names.index(n) for n in names]
+Found = tuple[float, dict[str, float]] | None
+"""What is gained, and with which strengths; nothing where the base's parameters do the same."""
+
+
+def _slopes(h: Hypothesis, tangent: Tangent, whiteners: Sequence[Whitener], places: Array) -> Iterator[Found]:
+    """One-sided scores of the strengths' derivatives at null, at each of `places` (m, p)."""
+    index = [h.names.index(n) for n in h.added[-1].strengths]
     with np.errstate(all="ignore"):
-        columns = h.experiment.columns(at, index, whiteners)
-    if not np.all(np.isfinite(columns)):
-        return None, {}
-    rest = tangent.off(columns)
+        columns = h.experiment.columns(places, index, whiteners)
+        rests = tangent.off(columns)
+    for at, column, rest in zip(places, columns, rests, strict=True):
+        yield _slope(h, tangent, at[index], column, rest) if np.all(np.isfinite(column)) else None
+
+
+def _slope(h: Hypothesis, tangent: Tangent, null: Array, columns: Array, rest: Array) -> Found:
+    """Of one place: `columns` (N, k) are the derivatives, `rest` what the base's parameters leave of them."""
+    names = h.added[-1].strengths
     size, all_size = np.sum(rest**2, axis=0), np.sum(columns**2, axis=0)
     seen = size > BLIND * all_size
     if not seen.any():
-        return None, {}
+        return None
     step = np.zeros(len(names))
     if len(names) == 1:
         step -= (tangent.r @ rest) / size
     else:
         step[seen] = np.linalg.lstsq(rest[:, seen], -tangent.r, rcond=None)[0]
-    low = np.array([h.experiment.layout.parameters[i].bounds[0] for i in index])
-    high = np.array([h.experiment.layout.parameters[i].bounds[1] for i in index])
-    null = at[index]
+    bounds = [h.experiment.layout.parameters[h.names.index(n)].bounds for n in names]
+    low, high = np.array(bounds).T
     step = np.clip(null + step, low, high) - null  # as far as its bounds let it
     if not step.any():
         # the strength would have the sign that physics forbids: a small start in the allowed direction all
@@ -189,23 +188,15 @@ def _finite(
     return values
 
 
-def _secant(
-    h: Hypothesis,
-    base: Hypothesis,
-    theta: Array,
-    tangent: Tangent,
-    whiteners: Sequence[Whitener],
-    point: Mapping[str, float],
-) -> tuple[float | None, dict[str, float]]:
-    """Gain of the finite change that a strength makes, with the base's parameters free to follow."""
-    at = h.place(base, theta, point)
+def _secants(h: Hypothesis, tangent: Tangent, whiteners: Sequence[Whitener], places: Array) -> list[Found]:
+    """Gain of the finite change that a strength makes at each of `places` (m, p), with the base's parameters
+    free to follow."""
     with np.errstate(all="ignore"):
-        white = h.experiment.sums(whiteners).residuals(at)
-    change = white - tangent.r
-    if not np.all(np.isfinite(change)):
-        return None, {}
-    rest = tangent.off(change[:, None])[:, 0]
-    if rest @ rest <= BLIND * (change @ change):
-        return None, {}
-    scale = min(1.0, max(0.0, -float(rest @ tangent.r) / float(rest @ rest)))
-    return float(tangent.r @ tangent.r - np.sum((tangent.r + scale * rest) ** 2)), {}
+        changes = h.experiment.sums(whiteners).residuals(places) - tangent.r
+        finite = np.all(np.isfinite(changes), axis=1)
+        rests = tangent.off(np.where(finite[:, None], changes, 0.0).T).T
+        size, along = np.sum(rests**2, axis=1), rests @ tangent.r
+        told = finite & (size > BLIND * np.sum(changes**2, axis=1))
+        scale = np.clip(-along / size, 0.0, 1.0)
+        gains = -scale * (2 * along + scale * size)
+    return [(float(gain), {}) if tells else None for gain, tells in zip(gains, told, strict=True)]
