@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from modelgen.cli.console import check_output, console, table
+from modelgen.cli.console import check_output, console
 from modelgen.codegen import Function, build, generate
 from modelgen.codegen.roofline import Roof, roofline
 from modelgen.errors import InputError
@@ -15,6 +15,7 @@ from modelgen.export import export
 from modelgen.export.c99 import Settings
 from modelgen.language import Model
 from modelgen.models import SHIPPED, load
+from modelgen.report.table import table
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -12,7 +12,6 @@ from modelgen.errors import InputError, ToolError
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table
 
 PLAIN_WIDTH = 120  # where there is no terminal, so that a table in a file or a pipe is whole
 
@@ -23,17 +22,6 @@ def console() -> Console:
 
     found = Console(highlight=False, markup=False)
     return found if found.is_terminal else Console(highlight=False, markup=False, width=PLAIN_WIDTH)
-
-
-def table(*columns: str) -> Table:
-    """A table whose first column is text and whose others are numbers."""
-    from rich import box
-    from rich.table import Table
-
-    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    for k, name in enumerate(columns):
-        made.add_column(name, justify="left" if k == 0 else "right", overflow="fold")
-    return made
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from modelgen.api import open_case
-from modelgen.cli.console import check_output, console, progress_bar, table
+from modelgen.cli.console import check_output, console, progress_bar
 from modelgen.cli.methods import read_method
 from modelgen.errors import InputError
 from modelgen.fit.farm import dask_executor
@@ -18,6 +18,7 @@ from modelgen.fit.multistart import MultiStart
 from modelgen.fit.recipe import Recipe
 from modelgen.fit.result import FitResult
 from modelgen.report.fits import plot_format
+from modelgen.report.table import table
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from modelgen.api import open_case
-from modelgen.cli.console import check_output, console, table
+from modelgen.cli.console import check_output, console
 from modelgen.cli.methods import read_method
 from modelgen.errors import InputError
 from modelgen.files import write_atomically
 from modelgen.fit.farm import dask_executor, fit_cases, process_executor
 from modelgen.language import Model
 from modelgen.recordings import Case
+from modelgen.report.table import table
 
 Opened = dict[str, tuple[Model, Case]]
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from modelgen.cli.console import console, table
+from modelgen.cli.console import console
 from modelgen.effects import CATALOGUE, family
 from modelgen.models import SHIPPED, load
+from modelgen.report.table import table
 
 
 def show_all() -> None:

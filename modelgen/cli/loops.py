@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from modelgen.cli.console import check_output, console, table
+from modelgen.cli.console import check_output, console
 from modelgen.errors import InputError
 from modelgen.fit.loops import TEXT, UNIT, Loops, Shift, measure_loops, shift, strain, stress
 from modelgen.recordings.columns import read_channels
@@ -14,6 +14,7 @@ from modelgen.recordings.signature import Channel, Signature
 from modelgen.recordings.table import read_table
 from modelgen.report.fits import plot_format
 from modelgen.report.loops import write_loops
+from modelgen.report.table import table
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -6,10 +6,11 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from modelgen.cli.console import check_output, console, table
+from modelgen.cli.console import check_output, console
 from modelgen.errors import InputError
 from modelgen.fit.modal import ModalFit, fit_modes
 from modelgen.recordings.frf import read_frf
+from modelgen.report.table import table
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -14,12 +14,13 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
-from modelgen.cli.console import check_output, console, table
+from modelgen.cli.console import check_output, console
 from modelgen.errors import InputError
 from modelgen.prove import about, scores, studies
 from modelgen.prove.own import Own, own_trials
 from modelgen.prove.plan import Task, plan
 from modelgen.prove.run import CASES, MEASURED, TRIALS, Room, missed, run
+from modelgen.report.table import table
 from modelgen.truths.secret import DOMAINS, NOISES
 
 if TYPE_CHECKING:

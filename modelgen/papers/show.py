@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from modelgen.papers.number import Result, Verdict
 from modelgen.papers.paper import Cell
 from modelgen.papers.run import Judged, Reproduction
+from modelgen.report.table import table
 from modelgen.report.words import number, superscript, unit_text
 
 if TYPE_CHECKING:
@@ -74,16 +75,23 @@ def _print_paper(judged: Judged, console: Console) -> None:
     from rich.text import Text
 
     console.print(Text(judged.paper.title, style="bold"))
-    for table, results in judged.tables:
-        made = _table(
-            table.name, "quantity", "printed", "ours", "unit", "differs by", "verdict", right=(2, 3, 5)
+    for printed_table, results in judged.tables:
+        made = table(
+            printed_table.name,
+            "quantity",
+            "printed",
+            "ours",
+            "unit",
+            "differs by",
+            "verdict",
+            left=(0, 1, 4, 6),
         )
         for r in results:
             n = r.number
             texts = (n.row, n.quantity, printed(r), ours(r), unit_text(n.unit), difference(r))
             made.add_row(*(Text(t) for t in texts), Text(r.verdict.value, style=STYLE[r.verdict]))
         console.print()
-        console.print(Text(table.caption, style="dim"))
+        console.print(Text(printed_table.caption, style="dim"))
         console.print(made)
         for verdict in (Verdict.NOT_REPRODUCIBLE, Verdict.WRONG):
             for why in dict.fromkeys(r.why for r in results if r.verdict is verdict):
@@ -92,8 +100,7 @@ def _print_paper(judged: Judged, console: Console) -> None:
         console.print()
         console.print(Text(study.title, style="bold"))
         if outcome.columns:
-            right = () if outcome.prose else tuple(range(1, len(outcome.columns)))
-            made = _table(*outcome.columns, right=right)
+            made = table(*outcome.columns, left=range(len(outcome.columns)) if outcome.prose else (0,))
             for row in outcome.rows:
                 made.add_row(*(Text(cell(c)) for c in row))
             console.print(made)
@@ -102,18 +109,8 @@ def _print_paper(judged: Judged, console: Console) -> None:
     console.print()
 
 
-def _table(*columns: str, right: tuple[int, ...]) -> Table:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    for k, name in enumerate(columns):
-        table.add_column(name, justify="right" if k in right else "left", overflow="fold")
-    return table
-
-
 def _counts(found: Reproduction) -> Table:
-    table = _table("numbers", *(v.value for v in Verdict), "all", right=(1, 2, 3, 4, 5))
+    made = table("numbers", *(v.value for v in Verdict), "all")
     for judged in found.papers:
-        table.add_row(judged.paper.id, *(str(n) for n in judged.count.values()), str(len(judged.results)))
-    return table
+        made.add_row(judged.paper.id, *(str(n) for n in judged.count.values()), str(len(judged.results)))
+    return made

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from modelgen.diagnose.verdict import Finding, Rms, Verdict
 from modelgen.fit.result import Estimate
 from modelgen.report import words
+from modelgen.report.table import table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -29,26 +30,14 @@ def print_verdict(verdict: Verdict, console: Console) -> None:
         console.print(Text.assemble((f"{label}: ", "bold"), text))
 
 
-def _table(*columns: str) -> Table:
-    from rich import box
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    for k, name in enumerate(columns):
-        table.add_column(Text(name), justify="left" if k == 0 else "right", overflow="fold")
-    return table
-
-
 def _effects(effects: tuple[Finding, ...]) -> Table:
     from rich.text import Text
 
-    table = _table("left out", "port", "probability", "parameters")
-    table.columns[-1].justify = "left"
+    made = table("left out", "port", "probability", "parameters", left=(0, 3))
     for e in effects:
         shown = [_parameter(p, e) for p in e.parameters[:PARAMETERS]]
-        table.add_row(*(Text(x) for x in (e.id, e.port, words.percent(e.probability), "\n".join(shown))))
-    return table
+        made.add_row(*(Text(x) for x in (e.id, e.port, words.percent(e.probability), "\n".join(shown))))
+    return made
 
 
 def _parameter(p: Estimate, effect: Finding) -> str:
@@ -60,14 +49,14 @@ def _fits(verdict: Verdict) -> Table:
     from rich.text import Text
 
     unit = words.unit_text(verdict.unit)
-    table = _table("residual, rms", f"fit [{unit}]", "fit / noise", f"hold-out [{unit}]", "hold-out / noise")
+    made = table("residual, rms", f"fit [{unit}]", "fit / noise", f"hold-out [{unit}]", "hold-out / noise")
     rows: list[tuple[str, Rms]] = [("before", verdict.before)]
     if verdict.effects:
         rows.append(("after", verdict.after))
     for name, rms in rows:
         figures = (rms.fit, rms.fit_over_noise, rms.holdout, rms.holdout_over_noise)
-        table.add_row(name, *(Text(words.number(x)) for x in figures))
-    return table
+        made.add_row(name, *(Text(words.number(x)) for x in figures))
+    return made
 
 
 def _lines(verdict: Verdict) -> list[tuple[str, str]]:
