@@ -76,7 +76,8 @@ def test_a_lag_is_found_in_a_stiffness_without_its_angle(tmp_path: Path) -> None
     (tmp_path / "case.toml").write_text(text)
     case = read_case(tmp_path / "case.toml")
     v = diagnose(case, load(case.model))
-    assert "force_sensor_lag" in {v.effects[0].id, *v.effects[0].equivalents}
+    told = {v.effects[0].id, *v.effects[0].equivalents}
+    assert {"force_sensor_lag", "inertia"} <= told  # a mass and a loss make the same modulus
 
 
 @pytest.mark.slow

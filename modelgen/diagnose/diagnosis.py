@@ -161,12 +161,25 @@ COMPARABLE = 10.0
 
 
 def _distinct(fits: Sequence[Fit]) -> list[Fit]:
-    """The best, and what is not much worse and elsewhere."""
+    """The best, and what is not much worse and elsewhere: another optimum or, in a sweep that leaves some
+    parameters open, another place of a valley, as what an effect does may differ along it."""
     found: list[Fit] = []
     for f in sorted((f for f in fits if np.isfinite(f.bic)), key=lambda f: f.chi2):
-        if not found or (1 + 1e-3) * found[-1].chi2 + 1.0 < f.chi2 < COMPARABLE * found[0].chi2:
+        worse = not found or (1 + 1e-3) * found[-1].chi2 + 1.0 < f.chi2
+        if (worse or _apart(f, found)) and (not found or f.chi2 < COMPARABLE * found[0].chi2):
             found.append(f)
     return found or list(fits[:1])
+
+
+VALLEY = 0.3
+"""Relative difference of a parameter by which two places of a valley are apart."""
+
+
+def _apart(fit: Fit, others: Sequence[Fit]) -> bool:
+    """Whether a sweep's fit lies elsewhere than each of `others`."""
+    if fit.hypothesis.experiment.model.is_time_model:
+        return False
+    return all(np.any(np.abs(fit.theta - f.theta) > VALLEY * np.abs(f.theta)) for f in others)
 
 
 SWARMS = (1e5, 1e4, 1e3, 30.0, 1e5, 1e4, 1e3, 30.0)

@@ -86,7 +86,7 @@ def score(
                 tries.append((found[0], {**point, **found[1]}))
     blind = not tries
     if blind and not a.effect.secant:
-        tries = [(0.0, _finite(h, base, theta, tangent, whiteners))]
+        tries = [*_finite(h, base, theta, tangent, whiteners)]
     tries.sort(key=lambda x: -x[0])
     best = tries[0][0] if tries else 0.0
     return Score(h, best, tuple(_apart(tries, keep)), blind, _scouts(a, tries))
@@ -169,23 +169,40 @@ def _slope(h: Hypothesis, tangent: Tangent, null: Array, columns: Array, rest: A
 
 def _finite(
     h: Hypothesis, base: Hypothesis, theta: Array, tangent: Tangent, whiteners: Sequence[Whitener]
-) -> dict[str, float]:
-    """Strengths that change the output by as much as the residual has, where the derivatives tell nothing.
-
-    A little of the effect is a parameter renamed, much of it may not be.
-    """
+) -> list[tuple[float, dict[str, float]]]:
+    """Strengths that change the output about as much as the residual has, and what they gain, where the
+    derivatives tell nothing: a little of the effect is a parameter renamed, much of it may not be."""
     names = h.added[-1].strengths
-    index = [h.names.index(n) for n in names]
+    sums, least = h.experiment.sums(whiteners), np.linalg.norm(tangent.r)
+    null = h.place(base, theta, {})
+
+    def of(size: float) -> Array:
+        """θ with strengths of a `size` each, in their own units, as far as their bounds let them."""
+        place = null.copy()
+        for i in map(h.names.index, names):
+            low, high = h.experiment.layout.parameters[i].bounds
+            place[i] = np.clip(null[i] + (size if null[i] + size <= high else -size), low, high)
+        return place
+
+    few, many = DECADES
     with np.errstate(all="ignore"):
-        columns = h.experiment.columns(h.place(base, theta, {}), index, whiteners)
-    values = {}
-    for name, i, column in zip(names, index, columns.T, strict=True):
-        p = h.experiment.layout.parameters[i]
-        size = float(np.linalg.norm(column))
-        null = p.default or 0.0
-        step = float(np.linalg.norm(tangent.r)) / size if np.isfinite(size) and size > 0 else 0.0
-        values[name] = float(np.clip(null + step, *p.bounds))
-    return values
+        for _ in range(HALVINGS):
+            middle = (few + many) / 2
+            change = float(np.linalg.norm(sums.residuals(of(10.0**middle)) - tangent.r))
+            few, many = (middle, many) if change < least else (few, middle)
+    places = np.array([of(share * 10.0**few) for share in SHARES])
+    found = _secants(h, tangent, whiteners, places)
+    index = [h.names.index(n) for n in names]
+    return [
+        (max(0.0, f[0]) if f else 0.0, dict(zip(names, place[index].tolist(), strict=True)))
+        for f, place in zip(found, places, strict=True)
+    ]
+
+
+DECADES, HALVINGS = (-15.0, 12.0), 7
+"""Of a strength, in its unit, between which that is looked for, and how often the range is halved."""
+SHARES = (1.0, 0.3, 0.1, 0.03)
+"""Of that strength, that are tried."""
 
 
 def _secants(h: Hypothesis, tangent: Tangent, whiteners: Sequence[Whitener], places: Array) -> list[Found]:

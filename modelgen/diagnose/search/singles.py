@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Setting
@@ -31,7 +33,7 @@ def screened(
     fits = _refit_singles(s, base, judge, scores)
     for theta in s.others:
         away = judge.fit(base.hypothesis, [theta])
-        if abs(away.bic - base.bic) > 1.0:
+        if abs(away.bic - base.bic) > 1.0 or not np.allclose(away.theta, base.theta, rtol=0.1, atol=0.0):
             tangent = Tangent.of(*judge.tangent(away))
             there = [score(h, base.hypothesis, away.theta, tangent, judge.whiteners, 1) for h in singles]
             fits = better_of(fits, _refit_singles(s, away, judge, there))
@@ -61,7 +63,7 @@ def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score])
         starts = [x.hypothesis.place(base.hypothesis, theta, v) for theta, v in places]
         fits.append(judge.fit(x.hypothesis, starts))
     if s.cheap and not s.model.is_time_model:
-        fits = _beside(base, judge, seen, _scouted(base, judge, seen, fits))
+        fits = _crossed(base, judge, _beside(base, judge, seen, _scouted(base, judge, seen, fits)))
     fits.sort(key=lambda f: f.bic)
     return [_unhooked(judge, f) if k < s.beam else f for k, f in enumerate(fits)]
 
@@ -103,6 +105,26 @@ def _beside(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit])
     return found
 
 
+def _crossed(base: Fit, judge: Judge, fits: Sequence[Fit]) -> list[Fit]:
+    """`fits` of sweeps that explain something, again from where the best few have taken the base's own
+    parameters: a modulus has a valley on either side of a loss that vanishes, and none may win by its
+    start."""
+    guides = [f.hypothesis.values_of(f.theta, base.hypothesis) for f in sorted(fits, key=lambda f: f.bic)]
+    found = []
+    for f in fits:
+        if base.bic - f.bic > ALARM:
+            own = dict(zip(f.hypothesis.names, f.theta.tolist(), strict=True))
+            own = {n: v for n, v in own.items() if n not in base.hypothesis.names}
+            here = f.hypothesis.values_of(f.theta, base.hypothesis)
+            there = (x for x in guides[:GUIDES] if not np.allclose(x, here, rtol=0.1, atol=0.0))
+            starts = [f.hypothesis.place(base.hypothesis, x, own) for x in there]
+            f = min([f, judge.fit(f.hypothesis, starts)] if starts else [f], key=lambda f: f.bic)
+        found.append(f)
+    return found
+
+
+GUIDES = 4
+"""Fits whose base parameters others start from."""
 FAR = 2.0
 """… this many times: the base is bent far."""
 SCOUTS = 6
