@@ -105,3 +105,12 @@ def test_a_dielectric_that_loses_energy(tmp_path: Path, lossy: bool) -> None:
     if lossy:  # what is shown at the dielectric's port is the dielectric's alone
         assert v.curve is not None and v.curve.port == "electrical"
         assert np.median(np.abs(v.curve.implied + 0.018j * C)) < 0.05 * 0.018 * C
+
+
+def test_what_a_stated_noise_cannot_be_is_claimed_whatever_its_colour(tmp_path: Path) -> None:
+    """Coloured noise of the stated level leaves the base three times that level: something is missing, and
+    the softening that takes it away is named."""
+    secret = draw(760100112, "single", "stiffness", "payne_softening", noise="coloured", ratio=1.5)
+    write_case(secret, tmp_path)
+    case = read_case(tmp_path / "case.toml")
+    assert "payne_softening" in diagnose(case, load(case.model)).effects[0].id

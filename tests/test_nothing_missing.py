@@ -129,3 +129,32 @@ def test_rounding_is_seen_on_a_grid_only() -> None:
     x = np.random.default_rng(6).normal(size=200)
     assert rounding(x) == 0
     assert rounding(np.round(x / 0.3) * 0.3) == pytest.approx(0.3 / np.sqrt(12))
+
+
+def test_a_held_out_sweep_is_missed_by_as_much_as_was_foreseen(tmp_path: Path) -> None:
+    """Beyond the band and with another mass, what is uncertain of the parameters counts more than noise:
+    χ²/N of the hold-out is on average what the verdicts had foreseen."""
+    found = []
+    for seed in range(6):
+        rng, text = (
+            np.random.default_rng(seed),
+            'model = "electrodynamic_transducer"\n[noise]\nZ_relative = 1e-3\n',
+        )
+        for k, (m, low, high) in enumerate(((0.008, 150, 600), (0.010, 150, 600), (0.013, 10, 80))):
+            f = np.geomspace(low, high, 60)
+            w = 2 * np.pi * f
+            Z = R_E + 1j * w * L_E + BL**2 / (R_M + 1j * w * m + K_M / (1j * w))
+            Z = Z * (1 + 1e-3 * (rng.standard_normal(60) + 1j * rng.standard_normal(60)))
+            np.savetxt(
+                tmp_path / f"r{k}.csv", np.column_stack([f, Z.real, Z.imag]), delimiter=",",
+                header="f [Hz],Re Z [ohm],Im Z [ohm]", comments="",
+            )  # fmt: skip
+            role = "holdout" if k == 2 else "fit"
+            text += f'[[recording]]\nfile = "r{k}.csv"\nrole = "{role}"\nconstants = {{ M_m = {m} }}\n'
+        (tmp_path / "case.toml").write_text(text)
+        case = read_case(tmp_path / "case.toml")
+        v = diagnose(case, load(case.model))
+        assert v.adequate
+        found.append((v.after.holdout_over_noise**2, v.after.foreseen**2))
+    seen, expected = np.mean(found, axis=0)
+    assert expected > 1.5 and 0.6 * expected < seen < 1.5 * expected

@@ -70,3 +70,12 @@ def test_a_cycle_of_another_size_is_searched_for_in_its_own_units(tmp_path: Path
     (base,) = make_hypotheses(model, case, [make_series(model, case, r) for r in case.fit], [()])
     k, c, h, rho = base_starts(base, 0)[1]
     assert [k, c, h, rho] == pytest.approx([2.05, 2.05 / (20 * np.pi), 2.05 * size, 1 / size])
+
+
+def test_a_short_sweep_may_have_five_gross_errors() -> None:
+    """One sample in eight, each alone: of a long sweep that would be what the model misses."""
+    white = np.random.default_rng(3).standard_normal((2, 39))
+    at = [4, 10, 17, 24, 31]
+    white[0, at] += 40.0
+    assert np.flatnonzero(outliers(white)).tolist() == at
+    assert not outliers(np.tile(white, 4)).any()

@@ -50,7 +50,7 @@ def conclude(
     if gate.unknown:
         gate = modelled(setting, outcome, gate)
         best = gate.fit or outcome.base
-    held = look_at_holdout(setting, outcome.base, best, gate.scale)
+    held = look_at_holdout(setting, outcome, best, gate.scale)
     base_estimates = parameters(outcome.judge, outcome.base)
     after_estimates = parameters(outcome.judge, best) if gate.unknown else averaged(outcome, best)
     findings = _findings(setting, outcome, standing, after_estimates, gate)

@@ -83,12 +83,17 @@ class PortCurve:
 @dataclass(frozen=True)
 class Rms:
     """Root mean square of residuals, in the output's unit and over the noise; NaN where there is no such
-    recording."""
+    recording.
+
+    foreseen: what the hold-out's over the noise would be if the law were right, noise and what is uncertain
+    of the parameters taken together; NaN where it is not known.
+    """
 
     fit: float
     holdout: float
     fit_over_noise: float
     holdout_over_noise: float
+    foreseen: float = float("nan")
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +146,7 @@ class Verdict:
                 "parameters": _estimates(self.parameters),
                 "parameters_before": _estimates(self.parameters_before),
                 "fit": {"before": _rms(self.before), "after": _rms(self.after), "unit": self.unit},
+                "holdout_foreseen_over_noise": self.after.foreseen,
                 "extended_model": self.extended_model,
                 "seconds": self.seconds,
                 "hypotheses": [

@@ -96,4 +96,5 @@ def summary(verdict: Mapping[str, Any]) -> Row:
         "summary": verdict.get("summary", ""),
         "effects": [{k: e.get(k) for k in kept} for e in verdict["effects"]],
         "fit": verdict["fit"],
+        "foreseen": verdict.get("holdout_foreseen_over_noise"),
     }

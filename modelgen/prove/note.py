@@ -100,8 +100,19 @@ def _aside(good: Sequence[Row]) -> str:
         f"95 % intervals of base parameters hold the true value in {percent(cover)} of {cover.n} (where the "
         f"law was found). Stated probability of the first name and how often it was right: {told}."
         + (proposed if made.n else "")
+        + _missed(good)
         + _strangers(good)
         + _faint(good)
+    )
+
+
+def _missed(good: Sequence[Row]) -> str:
+    missed, foreseen = studies.missed(good)
+    if not missed:
+        return ""
+    return (
+        f" Of {missed} hold-outs missed by χ² > {scores.HOLDOUT}, {foreseen} lie within twice the excess "
+        "that the verdict had foreseen from what is uncertain of its parameters."
     )
 
 

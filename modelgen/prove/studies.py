@@ -115,6 +115,14 @@ def strangers(rows: Sequence[Row]) -> tuple[Share, int]:
     return share(r["unknown"] for r in novel), sum(refutable("unknown")(r) is None for r in novel)
 
 
+def missed(rows: Sequence[Row]) -> tuple[int, int]:
+    """How many hold-outs the verdict's model misses by more than the true law does; and in how many of these
+    the excess of χ² is within twice what the verdict had foreseen."""
+    far = [r for r in rows if holdout(r) is False]
+    pairs = [(r["rivals"]["diagnosis"]["holdout"], r["verdict"].get("foreseen") or 1.0) for r in far]
+    return len(far), sum(chi2 - 1 <= 2 * (f**2 - 1) for chi2, f in pairs)
+
+
 def _noticed(method: str, row: Row) -> bool | None:
     return row["rivals"].get(method, {}).get("found")
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from modelgen.diagnose.hypotheses.refit import Fit
-from modelgen.diagnose.hypotheses.setting import Setting
+from modelgen.diagnose.hypotheses.evidence import effective
+from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.hypotheses.setting import Outcome, Setting
 from modelgen.diagnose.noise.noise import outliers_of
 from modelgen.diagnose.verdict import Rms
 from modelgen.errors import InputError
@@ -15,6 +17,7 @@ from modelgen.fit import GaussNewton
 from modelgen.fit.experiment import Experiment, Layout, make_layout
 from modelgen.fit.motion import errors_in_motion
 from modelgen.fit.series import Array, Series, make_series
+from modelgen.fit.uncertainty import assess
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +32,9 @@ class Held:
     notes: tuple[str, ...] = ()
 
 
-def look_at_holdout(setting: Setting, base: Fit, best: Fit, scale: float) -> Held:
-    """Residuals of both models on the held-out recordings; only its own parameters are fitted on each.
+def look_at_holdout(setting: Setting, outcome: Outcome, best: Fit, scale: float) -> Held:
+    """Residuals of the base and of `best` on the held-out recordings; on each only its own parameters are
+    fitted.
 
     `scale` is the level of the noise in units of what is stated (or was estimated on the fit recordings).
     """
@@ -48,15 +52,40 @@ def look_at_holdout(setting: Setting, base: Fit, best: Fit, scale: float) -> Hel
             s = errors_in_motion(replace(e, series=(s,)), setting.case, r, theta, 0)
         moved.append(s)
     raws, rms = [], []
-    for fit in (base, best):
+    for fit in (outcome.base, best):
         predicted = [predict(fit, s, setting) for s in moved]
         held = [e.raw(theta, 0) for e, theta in predicted]
         mine = [fit.hypothesis.experiment.raw(fit.theta, k) for k in range(len(setting.series))]
         white = [s.whitener.apply(e) for s, e in zip(setting.series, mine, strict=True)]
         held_white = [_without_outliers(e, theta) for e, theta in predicted]
         raws.append(tuple(held))
-        rms.append(Rms(_rms(mine), _rms(held), _rms(white, True) / scale, _rms(held_white, True) / scale))
+        over = _rms(white, True) / scale, _rms(held_white, True) / scale
+        rms.append(Rms(_rms(mine), _rms(held), *over, foreseen(outcome.judge, fit, predicted, scale)))
     return Held(tuple(moved), raws[0], raws[1], rms[0], rms[1], notes)
+
+
+def foreseen(judge: Judge, fit: Fit, predicted: Sequence[tuple[Experiment, Array]], scale: float) -> float:
+    """The rms over the noise by which recordings are missed if the law is right: √(1 + tr(J C Jᵀ)/N).
+
+    J (N, p): whitened Jacobian on what was `predicted`, less what each recording's own parameters take up; C:
+    the fit's covariance. NaN where the fit leaves a parameter open, or nothing is predicted.
+    """
+    problem = fit.hypothesis.experiment.problem(fit.theta, judge.whiteners)
+    spread = max(1.0, fit.chi2 / max(1, effective(fit.white) - fit.parameters))
+    covariance = assess(problem, fit.theta).covariance * spread
+    places: dict[str, int] = {}
+    for k, n in enumerate(fit.hypothesis.names):
+        places.setdefault(n.split("[")[0], k)
+    total, count = 0.0, 0
+    for e, theta in predicted:
+        J = e.linearised(theta)[1]
+        own = np.array([n.split("[")[0] in e.layout.own for n in e.layout.names], dtype=bool)
+        q = np.linalg.qr(J[:, own])[0]
+        rest = J[:, ~own] - q @ (q.T @ J[:, ~own])
+        at = [places[n.split("[")[0]] for n, mine in zip(e.layout.names, own, strict=True) if not mine]
+        total += float(np.sum((rest @ covariance[np.ix_(at, at)]) * rest))
+        count += len(J)
+    return float(np.sqrt(1 + total / (count * scale**2))) if count else float("nan")
 
 
 def _levelled_like(fit: Series, s: Series) -> Series:

@@ -73,19 +73,32 @@ WORSE = 9.0
 
 
 def holdout_note(held: Held) -> tuple[str, ...]:
-    """Whether the named effects predict the held-out recordings worse than the model without them."""
+    """Whether the named effects predict the held-out recordings worse than the model without them, or than
+    what they leave of the fitted ones and what is uncertain of their parameters foresee."""
     before, after = held.before.holdout_over_noise, held.after.holdout_over_noise
     count = sum(s.data.size for s in held.series)
-    if not count or count * (after**2 - before**2) < WORSE:
+    if count and count * (after**2 - before**2) > WORSE:
+        return (
+            f"beyond what was fitted the claim is not to be trusted: it misses the held-out recordings by "
+            f"{after:.3g} times the noise, the model without it by {before:.3g}",
+        )
+    if not after > MISSED * _foreseen(held) or after == before:
         return ()
     return (
-        f"beyond what was fitted the claim is not to be trusted: it misses the held-out recordings by "
-        f"{after:.3g} times the noise, the model without it by {before:.3g}",
+        f"beyond what was fitted the law is not quite right: it misses the held-out recordings by "
+        f"{after:.3g} times the noise, where {_foreseen(held):.3g} is to be expected",
     )
 
 
 MISSED = 1.5
-"""A hold-out is missed when it lies this many times the noise from the model."""
+"""A hold-out is missed when it lies this many times as far from the model as is to be expected."""
+
+
+def _foreseen(held: Held) -> float:
+    """The hold-out's residual over the noise that is to be expected: as is left of what was fitted, and as
+    the parameters are uncertain."""
+    uncertain = held.after.foreseen if np.isfinite(held.after.foreseen) else 1.0
+    return max(1.0, held.after.fit_over_noise) * uncertain
 
 
 def _but(setting: Setting, held: Held, gate: Gate) -> str:
@@ -93,7 +106,7 @@ def _but(setting: Setting, held: Held, gate: Gate) -> str:
     odd = ""
     if all(s.stated for s in setting.series) and not 0.5 < gate.scale < 2.0:
         odd += f" That is {gate.scale:.2g} times the noise that is stated."
-    if (out := held.after.holdout_over_noise or 0.0) > MISSED:
+    if (out := held.after.holdout_over_noise or 0.0) > MISSED * _foreseen(held):
         odd += (
             f" But it misses the held-out recordings by {out:.2g} times the noise: beyond what "
             "was fitted it is not to be trusted."

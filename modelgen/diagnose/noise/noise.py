@@ -14,8 +14,9 @@ from modelgen.fit.series import Array, Series
 
 GROSS = 6.0
 """A sample this many robust standard deviations from its neighbours' median is an outlier."""
-
-
+RARE, FEW = 0.1, 6
+"""A larger share of the samples is no outliers, but what the model misses; of a short recording twice the
+share, while they are so few."""
 MISSED = 0.2
 """Neighbours are no outliers within GROSS times this share of what stands alone in the model itself: the top
 of a narrow resonance."""
@@ -47,7 +48,8 @@ def outliers(white: Array, signal: Array | None = None, least: float = 0.0) -> A
     marked = far > GROSS**2
     lone = marked & ~np.roll(marked, 1) & ~np.roll(marked, -1)
     marked = lone | (near > GROSS**2)
-    return marked if marked.mean() < 0.1 else np.zeros(n, dtype=bool)
+    most = max(RARE * n, min(2 * RARE * n, FEW))
+    return marked if marked.sum() < most else np.zeros(n, dtype=bool)
 
 
 LAGS = 6

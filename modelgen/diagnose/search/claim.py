@@ -7,6 +7,7 @@ import numpy as np
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, Setting
 from modelgen.diagnose.noise.recolour import own_colour
+from modelgen.diagnose.noise.smooth_error import smooth_error
 
 WORTH = 0.9
 """Where models stay far from the data, an effect must take away a tenth of the misfit to be named."""
@@ -34,7 +35,8 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     law that is not quite right would leave.
     """
     alarm = ALARM * (len(new.ids) - len(old.ids))
-    if not s.model.is_time_model and any(w.ar is not None for w in judge.whiteners):
+    sure = _beyond_noise(s, judge, old, new)
+    if not s.model.is_time_model and any(w.ar is not None for w in judge.whiteners) and not sure:
         alarm *= 2  # a sweep is too short to tell a colour well
     if judge.temper > 1.0:  # that something is missing is beyond doubt: the first effect is the best account
         return old.bic - new.bic > (alarm if old.ids else 0.0) and new.chi2 < WORTH * old.chi2
@@ -48,11 +50,19 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     if old.ids and _far(new) and misfit(new) > SEEN * misfit(old):
         return False
     own = own_gain(s, judge, old, new)
-    mostly = own < MOSTLY * (old.bic - new.bic)
+    mostly = own < MOSTLY * (old.bic - new.bic) and not sure
     if s.model.is_time_model:
         return own > (3 * alarm if mostly else alarm)  # noise of 1/f has no order
     # what an effect does to sweeps is smooth, as coloured noise and errors of the instrument are
     return own > (2 * alarm if mostly else alarm if len(old.ids) != 1 else 0.0)
+
+
+def _beyond_noise(s: Setting, judge: Judge, old: Fit, new: Fit) -> bool:
+    """Whether `old` leaves more of sweeps than a noise that is stated, whatever its colour, or a smooth error
+    of the instrument, and `new` does not: then something is missing, and an effect is the better account."""
+    if s.model.is_time_model or not all(x.stated for x in s.series):
+        return False
+    return _far(old) and not _far(new) and smooth_error(judge, old)[2] is None
 
 
 def worse(s: Setting, old: Fit, new: Fit) -> bool:
