@@ -99,6 +99,10 @@ def test_shunts_are_resistances_in_parallel() -> None:
     assert np.allclose(1 / (1j * w * new), 1 / (1j * w * old) + 1 / 20.0)
     old, new = at_port(find("eddy_shunt", "electrical_impedance"), L_2=1e-3, omega_2=5e3)
     assert np.allclose(1 / (new - old), 1 / (1j * w * 1e-3) + 1 / 5.0)
+    law = find("eddy_shunt", "electrical_impedance", "L_4")
+    old, new = at_port(law, L_4=1e-3, L_5=2e-4, omega_4=5e3, ratio=10.0)
+    cells = [1 / (1 / (1j * w * L) + 1 / R) for L, R in ((1e-3, 5.0), (2e-4, 10.0))]
+    assert np.allclose(new - old, sum(cells))
     old, new = at_port(find("eddy_shunt", "terminals"), G_0=1 / 50.0)
     wire = COIL["R_e"]
     assert np.allclose(1 / (new - wire), 1 / (old - wire) + 1 / 50.0)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from modelgen.diagnose.gate.oddities import hum, lone, mains, saturation
+from modelgen.diagnose.gate.hum import hum
+from modelgen.diagnose.gate.oddities import lone, mains, saturation
 from modelgen.fit.series import Series, Whitener
 
 SIGMA = 2e-3
@@ -116,6 +117,29 @@ def test_many_weak_harmonics_make_a_hum_that_no_outlier_shows() -> None:
     assert found is not None and found.port == "electrical" and "odd multiples of 50 Hz" in found.says
     for x, m in zip(f, marks, strict=True):
         assert m[np.argmin(np.abs(x - 1350))] and not m[np.argmin(np.abs(x - 1400))]
+
+
+def test_a_hum_that_falls_with_its_order_is_heard_beside_its_loudest_line() -> None:
+    heard = 0
+    for seed in range(12):
+        f, rng = [np.geomspace(20, 20e3, 301) * by for by in (1.0, 1.001)], np.random.default_rng(seed)
+        white = [rng.standard_normal((2, x.size)) for x in f]
+        for e, x in zip(white, f, strict=True):
+            for n in range(1, 40, 2):
+                e += 30.0 / n * np.sinc((x - 50.0 * n) / 5.0) * [[np.cos(n)], [np.sin(n)]]
+        found, marks = hum(f, white, "electrical")
+        heard += found is not None
+        if found is not None:  # its skirts are taken out as well
+            assert np.mean([np.mean(e[:, ~m] ** 2) for e, m in zip(white, marks, strict=True)]) < 2
+    assert heard >= 9
+
+
+def test_gross_errors_do_not_hum() -> None:
+    for seed in range(40):
+        f, white = _humming(0.0, seed)
+        rng = np.random.default_rng(100 + seed)
+        spoilt = [e + 30.0 * (rng.random(e.shape[1]) < 0.012) for e in white]
+        assert hum(f, spoilt, "electrical")[0] is None
 
 
 @pytest.mark.parametrize("colour", [0.0, 0.9])

@@ -11,6 +11,7 @@ import modelgen as mg
 from modelgen.diagnose import diagnose
 from modelgen.diagnose.gate import unlisted
 from modelgen.diagnose.gate.describe import SOURCE
+from modelgen.diagnose.gate.resonant import CLOSED, OPEN, row
 from modelgen.diagnose.hypotheses.evidence import Level
 
 Q = 12.0
@@ -23,13 +24,13 @@ file = "sweep.csv"
 """
 
 
-@pytest.mark.parametrize("ends", [unlisted.CLOSED, unlisted.OPEN])
+@pytest.mark.parametrize("ends", [CLOSED, OPEN])
 def test_waves_are_those_of_a_line_with_losses(ends: str) -> None:
     u = np.linspace(0.05, 20.0, 999)
     x = np.pi * u * (1 - 0.5j / Q)
-    wave = -1j / np.tan(x) / 2 if ends == unlisted.CLOSED else 1j * np.tan(x / 2) / 4
-    found = unlisted._row(u, Q, ends, False, 1j, np.exp)
-    first = unlisted._row(np.ones(1), Q, ends, False, 1j, np.exp)
+    wave = -1j / np.tan(x) / 2 if ends == CLOSED else 1j * np.tan(x / 2) / 4
+    found = row(u, Q, ends, False, 1j, np.exp)
+    first = row(np.ones(1), Q, ends, False, 1j, np.exp)
     assert found == pytest.approx(wave * np.pi / Q)
     assert first == pytest.approx(1.0, rel=0.02)  # as high as a lone resonance
     assert np.all(found.real > 0)
@@ -55,7 +56,7 @@ def test_a_line_across_the_terminals_is_no_resonator_that_hangs_on(tmp_path: Pat
     model, case = mg.open_case(tmp_path / "case.toml")
     v = diagnose(case, model)
     assert [e.id for e in v.effects] == ["unknown_electrical"]
-    assert unlisted.OPEN in v.effects[0].says
+    assert OPEN in v.effects[0].says
     assert v.after.fit_over_noise == pytest.approx(1.0, abs=0.2)
 
 

@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from modelgen.diagnose.conclude import conclude
+from modelgen.diagnose.gate.hum import hum
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.mirrored import mirrored
-from modelgen.diagnose.gate.oddities import hum, mains, saturation
+from modelgen.diagnose.gate.oddities import mains, saturation
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, additions, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
 from modelgen.diagnose.hypotheses.scales import port_scale, record_scales

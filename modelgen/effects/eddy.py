@@ -63,6 +63,29 @@ shorted_turn = Effect(
     needs=("omega",),
 )
 
+two_turns = Effect(
+    "eddy_shunt",
+    ("electrical_impedance",),
+    "two shorted turns, or a pole piece and a ring, shunt parts of the inductance, each by a resistance",
+    "LR-2 model: M. Dodd, W. Klippel, J. Oclee-Brown, AES Convention 117 (2004) 6261; with one section more",
+    (
+        Strength("L_4", "{port}*s", text="inductance that is shunted first"),
+        Strength("L_5", "{port}*s", text="inductance that is shunted at higher frequencies"),
+    ),
+    change(
+        lambda Z, at, p: (
+            Z
+            + j * at["omega"] * p["L_4"] / (1 + j * at["omega"] / p["omega_4"])
+            + j * at["omega"] * p["L_5"] / (1 + j * at["omega"] / (p["ratio"] * p["omega_4"]))
+        )
+    ),
+    (
+        Shape("omega_4", "rad/s", "omega", 0.3, 1.0, 6, text="R/L, above which a resistance is left"),
+        Shape("ratio", "1", "1", 2.0, 50.0, 3, text="how much later the other does so"),
+    ),
+    needs=("omega",),
+)
+
 
 def _shunted(Z: Any, at: Port, p: Values) -> Any:
     R = dict(at.variables).get("R", 0)  # of the winding, which lies before the shunt
@@ -102,6 +125,7 @@ EFFECTS = (
     solid_pole,
     shunted_inductance,
     shorted_turn,
+    two_turns,
     shunted_terminals,
     permeability_relaxation,
 )

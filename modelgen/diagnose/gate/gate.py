@@ -104,6 +104,9 @@ def judge_adequacy(
     odds = float(np.exp(min(left.gain, 60.0) / 2 - 5.0)) if structured else 9.0
     words = _noise_words(setting, outcome, after, stated)
     fit = rival[0] if rival is not None and other is None else None
+    if fit is not None:  # what the description leaves, and not what it explains, is noise
+        rest = _mean_square(plain_white(fit))
+        floor = min(floor, _floor(rest, scatter, sum(e.size for e in plain), stated, False))
     tied = None
     if rival is not None and fit is not None and best.hypothesis.added:
         odds = float(np.exp(min(rival[1], 60.0) / (2 * TEMPER)))
@@ -125,12 +128,13 @@ def modelled(setting: Setting, outcome: Outcome, gate: Gate) -> Gate:
 
 def _described(setting: Setting, outcome: Outcome) -> tuple[Fit, float] | None:
     """What no catalogue holds but explains more than the named effects, coloured noise of its own beside
-    each: that has peaks, too."""
+    each: that has peaks, too. Each further effect has to gain as much as to be claimed."""
     rival = cheaper(outcome)
     if rival is None:
         return None
     best, other = (own_colour(setting, outcome.judge, f) for f in (outcome.best, rival[0]))
-    return rival if best - other > (0.0 if outcome.best.hypothesis.added else CLOSE) else None
+    count = len(outcome.best.ids)
+    return rival if best - other > (ALARM * (1 - count) if count else CLOSE) else None
 
 
 def _leftover(outcome: Outcome, fit: Fit, gain: float) -> Leftover:

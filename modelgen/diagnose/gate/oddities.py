@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from modelgen.diagnose.gate.leftover import Leftover
-from modelgen.diagnose.noise.noise import off_neighbours
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array, Series
 
@@ -28,16 +27,8 @@ BROAD = 0.2
 """Share of the evidence that must be found elsewhere."""
 TOP = 0.01
 """Share of a record that is its top."""
-STEPS = (1, 2)
-"""From one harmonic in which the mains may be heard to the next: all, or the odd ones."""
-WIDTHS = (0.5, 1.0, 2.0, 4.0, 8.0)
-"""Half bandwidths of analysers [Hz]."""
 STILL = 0.5
 """A record that stays at one value for more than this share of its samples rests there."""
-CHANCE = 1e-3
-"""Probability by chance alone, of the loudest of all that is looked at, that makes a hum (an upper bound)."""
-CROWDED = 0.35
-"""Share of a sweep that its lines may take."""
 
 
 def saturation(
@@ -111,48 +102,6 @@ def mains(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftov
         says = f"lines at {where} Hz and nothing beside them: mains of {base:.0f} Hz, picked up on the way"
         return Leftover(size, size, port, says), marks
     return None, [np.zeros(len(x), dtype=bool) for x in f]
-
-
-def hum(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftover | None, list[Array]]:
-    """Many weak harmonics of the mains, none of them an outlier: sweeps louder near multiples of 50 or 60 Hz.
-
-    A test of ranks: −ln(1 − rank/n) of noise is exponential whatever its law, and a sum of k of these a gamma
-    of order k. The loudest harmonic is not counted: one line alone may be anything.
-    """
-    from scipy.special import gammaincc
-
-    ranks = np.concatenate([_ranks(e) for e in white])
-    tried = [(base, step, width) for base in MAINS for step in STEPS for width in WIDTHS]
-    least, best = 1.0, tried[0]
-    for way in tried:
-        orders = np.concatenate([_orders(x, *way) for x in f])
-        if np.mean(orders > 0) > CROWDED or not np.any(orders):
-            continue
-        size, count = np.bincount(orders, ranks)[1:], np.bincount(orders)[1:]
-        loudest = int(np.argmax(size - count))
-        rest = int(count.sum() - count[loudest])
-        p = float(gammaincc(rest, size.sum() - size[loudest])) if rest else 1.0
-        least, best = min((least, best), (p, way))
-    if least * len(tried) > CHANCE:
-        return None, [np.zeros(len(x), dtype=bool) for x in f]
-    marks = [_orders(x, *best) > 0 for x in f]
-    power = float(sum(np.sum(e[:, m] ** 2) for e, m in zip(white, marks, strict=True)))
-    which = "odd multiples" if best[1] == 2 else "multiples"
-    says = f"louder near the {which} of {best[0]:.0f} Hz than between: hum of the mains, picked up on the way"
-    return Leftover(power, power, port, says), marks
-
-
-def _ranks(white: Array) -> Array:
-    """(n,) exponential scores of how far samples are from the median of those about them."""
-    power = np.sum([off_neighbours(e) ** 2 for e in white], axis=0)
-    rank = np.argsort(np.argsort(power, kind="stable"), kind="stable") + 1
-    return np.asarray(-np.log1p(-rank / (len(power) + 1)))
-
-
-def _orders(f: Array, base: float, step: int, width: float) -> Array:
-    """(n,) which harmonic each frequency is within `width` of, of 1, 1 + step, …; 0 for none."""
-    n = 1 + step * np.round((f / base - 1) / step).astype(int)
-    return np.where((np.abs(f - n * base) < width) & (n > 0), n, 0)
 
 
 def lone(
