@@ -15,7 +15,7 @@ from modelgen.diagnose.gate.mirrored import mirrored
 from modelgen.diagnose.gate.oddities import hum, mains, saturation
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, additions, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
-from modelgen.diagnose.hypotheses.scales import port_scale, record_scales
+from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, record_scales
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.floor import slanted, two_parts
 from modelgen.diagnose.noise.noise import masked, outliers_of
@@ -249,7 +249,9 @@ def set_up(model: Model, case: Case, ground: Ground, catalogue: Sequence[Effect]
     e = ground.base.hypothesis.experiment
     values = [_port_values(e.model, ground.base, k) for k in range(len(ground.series))]
     sizes = {p.equation: port_scale(p, values) for p in model.ports}
-    found = additions(model, catalogue, record_scales(model, ground.series), sizes)
+    along = [s.inputs[model.axis] for s in ground.series]
+    motions = {p.equation: motion_scales(model, p, values, along) for p in model.ports}
+    found = additions(model, catalogue, record_scales(model, ground.series), sizes, motions)
     return Setting(model, case, ground.series, tuple(found), ground.others)
 
 

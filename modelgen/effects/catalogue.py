@@ -7,6 +7,7 @@ from modelgen.effects import (
     dielectric,
     drift,
     drive,
+    driven,
     eddy,
     electrical,
     friction,
@@ -40,5 +41,6 @@ CATALOGUE: tuple[Effect, ...] = (
     *joint.EFFECTS,
     *drift.EFFECTS,
     *sensor.EFFECTS,
+    *driven.EFFECTS,
     *cycle.EFFECTS,
 )

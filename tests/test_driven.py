@@ -1,0 +1,119 @@
+"""Devices of a user's own whose motion is not recorded as an input but follows from what drives them, and
+those whose output answers to a drive: an oscillator, a motor, a piezo stack. Truths by scipy."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
+from sympy import Symbol
+
+from modelgen.diagnose import diagnose
+from modelgen.diagnose.hypotheses.scales import motion_scales
+from modelgen.effects import CATALOGUE
+from modelgen.language import (
+    Equation,
+    Input,
+    Model,
+    Output,
+    Parameter,
+    Port,
+    State,
+    previous,
+    rate_of,
+    turning_point_of,
+)
+from modelgen.recordings import Case, Recording
+
+t, u = Input("t", "s"), Input("u", "N")
+m, c, k = (
+    Parameter("m", "kg", 1.0, (1e-2, 1e2)),
+    Parameter("c", "N*s/m", 3.0, (0.0, 1e3)),
+    Parameter("k", "N/m", 1e3, (1.0, 1e6)),
+)
+y, w = Symbol("y", real=True), Symbol("w", real=True)
+F_r = Equation("F_r", c * w + k * y, "N")
+oscillator = Model(
+    "oscillator",
+    (t, u),
+    (m, c, k),
+    (
+        F_r,
+        State("y", 0, rate=w, unit="m", substeps=2),
+        State("w", 0, rate=(u - F_r.symbol) / m, unit="m/s", substeps=2),
+    ),
+    ("y",),
+    (Port("mechanical", "force", "F_r", (("z", y), ("v", w), ("t", t.symbol))),),
+)
+
+
+def recorded(what: str, noise: float = 2e-5, n: int = 1500) -> Case:
+    """The oscillator's displacement under a multisine, with what it has beside a spring and a dashpot."""
+    rng, time = np.random.default_rng(5), np.arange(n) * 0.004
+    f = np.arange(1, 60) / time[-1] * 2
+    force = 6 * np.sum(np.cos(2 * np.pi * np.outer(time, f) + rng.uniform(0, 6.3, 59)), axis=1) / 5
+    drive = CubicSpline(time, force)
+
+    def rate(at: float, x: np.ndarray) -> list[float]:
+        z, v, h = x
+        more = {"maxwell": h, "hysteresis": h, "friction": 1.5 * np.tanh(v / 2e-3)}.get(what, 0.0)
+        slow = {"maxwell": 400 * v - h / 0.05, "hysteresis": 900 * v - 600 * abs(v) * h}.get(what, 0.0)
+        return [v, (drive(at) - 4 * v - 1500 * z - more) / 1.2, slow]
+
+    x = solve_ivp(rate, (0, time[-1]), [0, 0, 0], t_eval=time, rtol=1e-7, atol=1e-9, max_step=0.004).y
+    z = x[0] + rng.normal(0, noise, n)
+    return Case(None, "oscillator", (Recording("run", None, "fit", {"t": time, "u": force}, {"y": z}),))
+
+
+@pytest.mark.parametrize(
+    ("what", "ids"),
+    [
+        ("nothing", set()),
+        ("maxwell", {"maxwell_branch"}),
+        ("friction", {"coulomb_friction"}),
+        pytest.param("hysteresis", {"second_dahl_element"}, marks=pytest.mark.slow),
+    ],
+)
+def test_what_a_driven_oscillator_lacks(what: str, ids: set[str]) -> None:
+    found = diagnose(recorded(what), oscillator)
+    assert {e.id for e in found.effects} == ids and found.adequate == (not ids)
+
+
+def test_a_port_that_tells_its_speed_alone_moves_as_far_as_that_goes() -> None:
+    time = np.linspace(0, 2 * np.pi, 2001)
+    port = Port("shaft", "force", "F_r", (("v", w),))
+    found = motion_scales(oscillator, port, [{"w": 3 * np.cos(time)}], [time])
+    assert found["displacement"][0] == pytest.approx(3.0, rel=1e-5)
+    assert found["speed"][0] == pytest.approx(3.0, rel=1e-3)
+
+
+def stack(unit: str = "um") -> Model:
+    """A piezo stack's displacement, in proportion to the voltage."""
+    V, d = Input("V", "V"), Parameter("d", f"{unit}/V", 0.1, (1e-3, 10.0))
+    before, turn, late = previous(V), turning_point_of(V), previous(t)
+    x = Equation("x", d * V, unit)
+    at = {"z": V, "v": rate_of(V, "dV", "V/s"), "z_prev": before, "z_turn": turn, "t": t, "t_prev": late}
+    port = Port("piezo", "force", "x", tuple((n, i.symbol) for n, i in at.items()))
+    return Model("stack", (t, V, late, before, turn, at["v"]), (d,), (x,), (Output("x"),), (port,))
+
+
+def test_what_answers_to_a_drive_lags_by_a_strength_below_zero() -> None:
+    """A force goes before the displacement, a displacement lags behind the voltage."""
+    for id in ("second_dahl_element", "maxwell_branch"):
+        e = next(e for e in CATALOGUE if e.id == id and e.fits(stack()))
+        for unit, least in (("um", -np.inf), ("N", 0.0)):
+            p = e.parameters(stack(unit), stack(unit).ports[0])
+            assert p[e.strengths[0].name].bounds[0] == least, (id, unit)
+
+
+def test_a_speed_of_rotation_may_be_negative(tmp_path: Path) -> None:
+    from modelgen.recordings.columns import read_channels
+    from modelgen.recordings.table import read_table
+
+    model = Model("shaft", (t, u), (m,), (Equation("n", u / m, "N/kg"), Equation("r", 1 / t, "1/s")), ("r",))
+    (tmp_path / "run.csv").write_text("t [s],u [N],r [1/s]\n1,0,-3\n2,1,4\n")
+    from modelgen.fit.series import signature_of
+
+    found = read_channels(read_table(tmp_path / "run.csv"), signature_of(model))
+    assert found.outputs["r"].tolist() == [-3.0, 4.0]
