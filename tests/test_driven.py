@@ -57,7 +57,12 @@ def recorded(what: str, noise: float = 2e-5, n: int = 1500) -> Case:
 
     def rate(at: float, x: np.ndarray) -> list[float]:
         z, v, h = x
-        more = {"maxwell": h, "hysteresis": h, "friction": 1.5 * np.tanh(v / 2e-3)}.get(what, 0.0)
+        more = {
+            "maxwell": h,
+            "hysteresis": h,
+            "friction": 1.5 * np.tanh(v / 2e-3),
+            "z2v": 1e6 * z**2 * v,
+        }.get(what, 0.0)
         slow = {"maxwell": 400 * v - h / 0.05, "hysteresis": 900 * v - 600 * abs(v) * h}.get(what, 0.0)
         return [v, (drive(at) - 4 * v - 1500 * z - more) / 1.2, slow]
 
@@ -117,3 +122,30 @@ def test_a_speed_of_rotation_may_be_negative(tmp_path: Path) -> None:
 
     found = read_channels(read_table(tmp_path / "run.csv"), signature_of(model))
     assert found.outputs["r"].tolist() == [-3.0, 4.0]
+
+
+def test_what_no_catalogue_holds_is_described_at_the_port_where_it_is_felt() -> None:
+    """A damping that grows with the square of displacement."""
+    found = diagnose(recorded("z2v"), oscillator)
+    assert [e.id for e in found.effects] == ["unknown_mechanical"]
+    assert "y and w together" in found.effects[0].says and found.after.fit_over_noise < 1.3
+
+
+def test_residuals_of_two_units_are_not_added() -> None:
+    from modelgen.diagnose.account.holdout import _rms
+    from modelgen.fit.series import make_series
+
+    two = Model(
+        "two", (t, u), (m, c), (Equation("a", u / m, "N/kg"), Equation("b", u / c, "m/s")), ("a", "b")
+    )
+    data = {"a": np.sin(np.arange(20.0)), "b": np.zeros(20)}
+    record = Recording("run", None, "fit", {"t": np.arange(20.0), "u": np.ones(20)}, data)
+    series = make_series(two, Case(None, "two", (record,)), record)
+    assert _rms(two, [series], [np.stack([np.full(20, 3.0), np.full(20, 400.0)])]) == pytest.approx(3.0)
+
+
+def test_units_of_any_power_are_written_as_people_write_them() -> None:
+    from modelgen.units import parse, tidy
+
+    for unit, text in (("(N)/(m)**5", "N/m⁵"), ("1/s**10", "1/s¹⁰"), ("N*s**0.5/m", "N·s^0.5/m")):
+        assert tidy(unit) == text and parse(text) == parse(unit)

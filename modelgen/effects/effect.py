@@ -252,7 +252,7 @@ def unit_of(model: Model, variable: Any) -> str:
     return "1"
 
 
-NAMED = ("1", "kg", "H", "F", "ohm", "1/ohm", "N/m", "m/N", "N", "s")
+NAMED = ("1", "kg", "H", "F", "ohm", "1/ohm", "N/m", "m/N", "N", "N·m", "s")
 
 
 @lru_cache(maxsize=1024)
