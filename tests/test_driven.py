@@ -149,3 +149,25 @@ def test_units_of_any_power_are_written_as_people_write_them() -> None:
 
     for unit, text in (("(N)/(m)**5", "N/m⁵"), ("1/s**10", "1/s¹⁰"), ("N*s**0.5/m", "N·s^0.5/m")):
         assert tidy(unit) == text and parse(text) == parse(unit)
+
+
+def test_a_model_over_time_without_a_memory_may_lack_one() -> None:
+    """A film that gives way to the square of a voltage, and creeps."""
+    V, a = Input("V", "kV"), Parameter("a", "mm/kV**2", 0.1, (1e-4, 10.0))
+    Q = Equation("Q", V**2, "kV**2")
+    port = Port("film", "force", "x", (("z", Q.symbol), ("t", t.symbol)))
+    film = Model("film", (t, V), (a,), (Q, Equation("x", a * Q, "mm")), ("x",), (port,))
+    rng, time = np.random.default_rng(3), np.arange(1200) * 0.05
+    volts = np.interp(time, np.arange(0, 61, 4.0), rng.uniform(0, 4, 16))
+    late = solve_ivp(
+        lambda at, x: (np.interp(at, time, volts) ** 2 - x) / 3,
+        (0, 60),
+        [volts[0] ** 2],
+        t_eval=time,
+        max_step=0.05,
+    ).y[0]
+    x = 0.11 * volts**2 + 0.02 * late + rng.normal(0, 4e-3, 1200)
+    found = diagnose(
+        Case(None, "film", (Recording("r", None, "fit", {"t": time, "V": volts}, {"x": x}),)), film
+    )
+    assert [e.id for e in found.effects] == ["maxwell_branch"] and found.effects[0].parameters[0].value < 0

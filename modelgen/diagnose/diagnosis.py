@@ -31,8 +31,9 @@ from modelgen.fit.motion import errors_in_motion
 from modelgen.fit.problem import Problem
 from modelgen.fit.scatter import local_scatter, rounding, stands
 from modelgen.fit.series import Array, Series, make_series
-from modelgen.language import Model
+from modelgen.language import Model, previous
 from modelgen.recordings import Case
+from modelgen.recordings.convert import is_time
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +68,7 @@ def diagnose(
     from modelgen.effects import CATALOGUE
 
     begun = time.perf_counter()
+    model = in_order(model)
     catalogue = (*CATALOGUE, *(effects or ()))
     check_effects(effects or (), model, {k for e in CATALOGUE for k in e.kinds})
     if progress:
@@ -83,6 +85,14 @@ def diagnose(
     if progress:
         progress(0.9, "deciding")
     return conclude(setting, ground.notes, ground.marks, ground.oddity, outcome, out, begun)
+
+
+def in_order(model: Model) -> Model:
+    """A model over time that has no memory, as one whose samples follow each other: it may lack one."""
+    axis = model.inputs[0] if model.inputs else None
+    if axis is None or model.is_time_model or not is_time(axis.unit):
+        return model
+    return replace(model, inputs=(*model.inputs, previous(axis)))
 
 
 def prepare(model: Model, case: Case, seed: int) -> Ground:
@@ -276,6 +286,7 @@ def outcome_of(
     model: Model, case: Case, catalogue: Sequence[Effect], seed: int = 0
 ) -> tuple[Setting, Outcome]:
     """Setting and outcome without a verdict, for studies of the search itself."""
+    model = in_order(model)
     case, _ = thin(model, case)
     ground = prepare(model, case, seed)
     setting = set_up(model, case, ground, catalogue)

@@ -16,8 +16,8 @@ from modelgen.effects.viscoelastic import maxwell_branch
 from modelgen.language import Abs, Model, Parameter, Port, State, sign, sqrt
 
 SUBSTEPS = 4
-"""Runge–Kutta steps between samples, at least: an arm that relaxes in a third of a sample's time, and
-friction that slips within a tenth of the stroke, are still followed."""
+"""Runge–Kutta steps between samples, at least: friction that slips within a tenth of the stroke is still
+followed."""
 RECORDED = ("z_prev",)
 """What ports have where the displacement is recorded."""
 
@@ -48,7 +48,7 @@ maxwell_driven = Effect(
     maxwell_branch.source,
     (Strength("k", "{port}/({z})", text="stiffness of the branch"),),
     _maxwell,
-    (Shape("tau", "s", "time", 0.3, 3.0, text="relaxation time"),),
+    (Shape("tau", "s", "time", 1.0, 3.0, text="relaxation time"),),  # faster, it is how inputs run in a step
     needs=("z",),
     lacks=RECORDED,
 )
