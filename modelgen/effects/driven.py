@@ -10,7 +10,7 @@ from math import inf
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values, at_start, unit_of
+from modelgen.effects.effect import Effect, Shape, Strength, Values, add, at_start, unit_of
 from modelgen.effects.friction import SLIPPED, coulomb_friction, second_dahl_element
 from modelgen.effects.viscoelastic import maxwell_branch
 from modelgen.language import Abs, Model, Parameter, Port, State, sign, sqrt
@@ -126,4 +126,15 @@ power_law_stiffness = Effect(
     common=0.5,
 )
 
-EFFECTS = (maxwell_driven, second_dahl_driven, coulomb_driven, power_law_stiffness)
+added_stiffness = Effect(
+    "added_stiffness",
+    ("force",),
+    "a spring that the model leaves out, or a leak: what works against z in proportion to it",
+    "Hooke's law; Ohm's law",
+    (Strength("k_add", "{port}/({z})", text="stiffness, or conductance"),),
+    add(lambda at, p: p["k_add"] * at["z"]),
+    needs=("z",),
+    lacks=RECORDED,
+)
+
+EFFECTS = (maxwell_driven, second_dahl_driven, coulomb_driven, power_law_stiffness, added_stiffness)
