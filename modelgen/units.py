@@ -3,6 +3,7 @@ declaration."""
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,10 @@ from modelgen.errors import InputError
 
 if TYPE_CHECKING:
     import pint
+
+
+RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹"
+LOWERED, LIFTED = str.maketrans(RAISED, "0123456789"), str.maketrans("0123456789", RAISED)
 
 
 @cache
@@ -28,8 +33,8 @@ def parse(unit: str) -> pint.Unit:
 
     Raises InputError when the unit is not known.
     """
-    text = unit.strip()
-    for a, b in (("·", "*"), ("²", "**2"), ("³", "**3"), ("Ω", "ohm"), ("µ", "u"), ("°", "deg")):
+    text = re.sub(f"[{RAISED}]+", lambda p: "**" + p[0].translate(LOWERED), unit.strip())
+    for a, b in (("·", "*"), ("Ω", "ohm"), ("µ", "u"), ("°", "deg")):
         text = text.replace(a, b)
     try:
         return registry().Unit("dimensionless" if text in ("", "1", "-") else text)
@@ -57,5 +62,5 @@ def factor(found: str, wanted: str) -> float:
 def tidy(unit: str) -> str:
     """A unit as people write it, e.g. "(N)/((mm))**3" → "N/mm³"; "1" for none. It reads back by `parse`."""
     parsed = parse(unit)
-    text = f"{parsed:~C}".replace("**2", "²").replace("**3", "³").replace("*", "·").replace("Ω", "ohm")
-    return text or "1"
+    text = re.sub(r"\*\*(\d+)(?![.\d])", lambda p: p[1].translate(LIFTED), f"{parsed:~C}")
+    return text.replace("**", "^").replace("*", "·").replace("Ω", "ohm") or "1"

@@ -151,3 +151,13 @@ def test_inputs_run_linearly_without_being_told() -> None:
     short = Model("lag", (t, u), (k,), (x, Equation("y", x)), ("y",))
     assert {i.name for i in short.inputs} == {i.name for i in told.inputs}
     assert build(short)(t=AT, u=DRIVE, k=3.0) == pytest.approx(build(told)(t=AT, u=DRIVE, k=3.0), rel=1e-12)
+
+
+def test_an_equation_without_a_symbol_may_stand_in_a_rate() -> None:
+    """A port at which a device has nothing as yet."""
+    t, u, C = Input("t", "s"), Input("u", "A"), Parameter("C", "F", 2.0)
+    leak = Equation("I_l", 0, "A")
+    V = State("V", 0, rate=(u - leak.symbol) / C, unit="V")
+    f = build(Model("capacitor", (t, u), (C,), (leak, V), ("V",)))
+    time = np.linspace(0, 1, 11)
+    assert np.allclose(f.all(t=time, u=np.ones(11))["V"], time / 2)

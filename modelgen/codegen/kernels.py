@@ -262,9 +262,10 @@ class Stages:
         """Every equation, straight from inputs and parameters (nothing staged): what a reader of the paper
         wants."""
         sample = self.program.first if first and self.program.first else self.program.step
-        graph, masks = sample.graph, self.masks_of(sample)
+        graph = sample.graph
         c = Complex(graph)
         roots = [n for s in self.program.model.statements for n in _both(c, sample.equations[s.name])]
+        masks = self.masks_of(sample)  # of the roots, too: a constant may be a new one
         need = graph.needed([*roots, *sample.states.values()])
         printer = Printer(sample.graph)
         for n in self.state_names:

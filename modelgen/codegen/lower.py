@@ -175,8 +175,7 @@ class Lowering:
         inner = Translator(dict(env), t.complex_names, t.j, t.calls, t._known)
         wanted = {s.name for s in rated}
         for s in self.model.statements:
-            names = {x.name for x in s.expr.free_symbols} if isinstance(s, Equation) else set()
-            if isinstance(s, Equation) and names and names <= set(inner.env):
+            if isinstance(s, Equation) and {x.name for x in s.expr.free_symbols} <= set(inner.env):
                 inner.env[s.name] = inner.sx(s.expr)
             if s.name in wanted:
                 wanted.discard(s.name)

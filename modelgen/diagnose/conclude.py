@@ -92,7 +92,7 @@ def _findings(
         better = " better" if gate.tied else ""
         rest = gate.leftover.says or "the residual is not noise"
         says = f"no effect of the catalogue explains it{better}: {rest}"
-        port = gate.leftover.port or "model"
+        port = gate.leftover.port or _only_port(setting)
         id = f"unknown_{port}"
         others = () if gate.tied is None else gate.tied.ids
         return (
@@ -112,6 +112,12 @@ def _findings(
             )
         )  # fmt: skip
     return tuple(findings)
+
+
+def _only_port(setting: Setting) -> str:
+    """Where physics that nothing describes must be, if there is but one place."""
+    names = {p.name for p in setting.model.ports}
+    return names.pop() if len(names) == 1 else "model"
 
 
 def _told_apart(setting: Setting, outcome: Outcome, gate: Gate) -> str | None:

@@ -16,7 +16,7 @@ from modelgen.diagnose.gate.mirrored import mirrored
 from modelgen.diagnose.gate.oddities import mains, saturation
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, additions, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
-from modelgen.diagnose.hypotheses.scales import port_scale, record_scales
+from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, record_scales
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.floor import slanted, two_parts
 from modelgen.diagnose.noise.noise import masked, outliers_of
@@ -32,8 +32,9 @@ from modelgen.fit.motion import errors_in_motion
 from modelgen.fit.problem import Problem
 from modelgen.fit.scatter import local_scatter, rounding, stands
 from modelgen.fit.series import Array, Series, make_series
-from modelgen.language import Model
+from modelgen.language import Model, previous
 from modelgen.recordings import Case
+from modelgen.recordings.convert import is_time
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +69,7 @@ def diagnose(
     from modelgen.effects import CATALOGUE
 
     begun = time.perf_counter()
+    model = in_order(model)
     catalogue = (*CATALOGUE, *(effects or ()))
     check_effects(effects or (), model, {k for e in CATALOGUE for k in e.kinds})
     if progress:
@@ -84,6 +86,14 @@ def diagnose(
     if progress:
         progress(0.9, "deciding")
     return conclude(setting, ground.notes, ground.marks, ground.oddity, outcome, out, begun)
+
+
+def in_order(model: Model) -> Model:
+    """A model over time that has no memory, as one whose samples follow each other: it may lack one."""
+    axis = model.inputs[0] if model.inputs else None
+    if axis is None or model.is_time_model or not is_time(axis.unit):
+        return model
+    return replace(model, inputs=(*model.inputs, previous(axis)))
 
 
 def prepare(model: Model, case: Case, seed: int) -> Ground:
@@ -263,7 +273,9 @@ def set_up(model: Model, case: Case, ground: Ground, catalogue: Sequence[Effect]
     e = ground.base.hypothesis.experiment
     values = [_port_values(e.model, ground.base, k) for k in range(len(ground.series))]
     sizes = {p.equation: port_scale(p, values) for p in model.ports}
-    found = additions(model, catalogue, record_scales(model, ground.series), sizes)
+    along = [s.inputs[model.axis] for s in ground.series]
+    motions = {p.equation: motion_scales(model, p, values, along) for p in model.ports}
+    found = additions(model, catalogue, record_scales(model, ground.series), sizes, motions)
     return Setting(model, case, ground.series, tuple(found), ground.others)
 
 
@@ -288,6 +300,7 @@ def outcome_of(
     model: Model, case: Case, catalogue: Sequence[Effect], seed: int = 0
 ) -> tuple[Setting, Outcome]:
     """Setting and outcome without a verdict, for studies of the search itself."""
+    model = in_order(model)
     case, _ = thin(model, case)
     ground = prepare(model, case, seed)
     setting = set_up(model, case, ground, catalogue)

@@ -15,6 +15,7 @@ from sympy import sympify
 
 from modelgen.errors import InputError
 from modelgen.language import Equation, Implicit, Model, Parameter, Port, j
+from modelgen.units import factor, tidy
 
 Values = Mapping[str, Parameter]
 Apply = Callable[[Model, Port, Values], Model]
@@ -92,7 +93,8 @@ class Effect:
     `strengths` and `shapes` to the declared parameters (their full names carry the effect's id, so that
     effects compose), which the model has by then. `kinds` are in order of preference: a model with ports of
     several gets the effect at the first. `needs` names the port variables that the effect uses; a port
-    without them is none for it; `also` the kinds of other ports that the model must have, `unless` those
+    without them is none for it; `lacks` those of ports that other laws of the id are for; `also` the kinds
+    of other ports that the model must have, `unless` those
     that it must not. Several effects may share one id: laws of the same physics, none of which is a
     special case of another in disguise. `secant` marks effects whose derivative at null vanishes, or
     knows nothing of what they do at a finite strength: they are screened there. `family` is what one kind
@@ -110,6 +112,7 @@ class Effect:
     apply: Apply
     shapes: tuple[Shape, ...] = ()
     needs: tuple[str, ...] = ()
+    lacks: tuple[str, ...] = ()
     also: tuple[str, ...] = ()
     unless: tuple[str, ...] = ()
     family: str = ""
@@ -126,7 +129,11 @@ class Effect:
             return ()
         for kind in self.kinds:
             there = tuple(
-                p for p in model.ports if p.kind == kind and set(self.needs) <= {n for n, _ in p.variables}
+                p
+                for p in model.ports
+                if p.kind == kind
+                and set(self.needs) <= {n for n, _ in p.variables}
+                and not set(self.lacks) & {n for n, _ in p.variables}
             )
             if there:
                 return there
@@ -144,6 +151,8 @@ class Effect:
             unit = q.unit.format(**{k: f"({u})" for k, u in units.items()})
             null = q.null if isinstance(q, Strength) else None
             bounds = q.bounds if isinstance(q, Strength) else ((0.0, inf) if q.log else (-inf, inf))
+            if isinstance(q, Strength) and null == 0 and bounds[0] == 0 and _answers(model, port):
+                bounds = (-bounds[1], bounds[1])
             if isinstance(q, Shape) and q.scale == "1":
                 bounds = (q.low, q.high)
             declared[q.name] = Parameter(
@@ -204,6 +213,27 @@ def unit_omega(model: Model) -> Model:
 UNIT_OMEGA = Parameter("unit_omega", "rad/s", 1.0, (0.5, 2.0), "the unit 1 rad/s", "SI", known=True)
 
 
+ANSWERS = ("m", "1", "C", "C/m**2", "T")
+"""Displacement, strain, charge, polarisation, flux density: what gives way to a drive."""
+
+
+def _answers(model: Model, port: Port) -> bool:
+    """Whether a port of kind "force" is one of what answers to a drive, as a displacement to a voltage.
+
+    Memory and loss make a force go before the displacement; what answers to a drive lags behind it: strengths
+    that can have one sign in a force have the other one there.
+    """
+    return port.kind == "force" and any(_converts(model[port.equation].unit, unit) for unit in ANSWERS)
+
+
+def _converts(found: str, wanted: str) -> bool:
+    try:
+        factor(found, wanted)
+    except InputError:
+        return False
+    return True
+
+
 def _port_units(port: Port, unit: str) -> dict[str, str]:
     stiff = port.kind == "stiffness"
     return {
@@ -222,14 +252,12 @@ def unit_of(model: Model, variable: Any) -> str:
     return "1"
 
 
-NAMED = ("1", "kg", "H", "F", "ohm", "1/ohm", "N/m", "m/N", "N", "s")
+NAMED = ("1", "kg", "H", "F", "ohm", "1/ohm", "N/m", "m/N", "N", "N·m", "s")
 
 
 @lru_cache(maxsize=1024)
 def _tidy(unit: str) -> str:
     """A unit as people write it: "(N)/(mm)**3" → "N/mm³", "(N·s/m)*s" → "kg"."""
-    from modelgen.units import factor, tidy
-
     for name in NAMED:
         try:
             if abs(factor(unit, name) - 1) < 1e-12:

@@ -69,7 +69,25 @@ coulomb_friction = Effect(
     (Strength("F_c", "{port}", text="friction force"),),
     add(lambda at, p: p["F_c"] * at["v"] / sqrt(at["v"] ** 2 + p["v_0"] ** 2)),
     (Shape("v_0", "{v}", "speed", 0.001, 0.1, 4, text="speed below which friction is not yet developed"),),
+    needs=("v", "z_prev"),
+    common=0.5,
+)
+
+stribeck_force = Effect(
+    "stribeck_friction",
+    ("force",),
+    "friction falls with speed, as a film of lubricant builds up: what there is at rest beside that at speed",
+    stribeck_friction.source,
+    (Strength("F_s", "{port}", text="rise of the friction at rest over that at speed"),),
+    add(
+        lambda at, p: p["F_s"] * at["v"] / sqrt(at["v"] ** 2 + p["v_r"] ** 2) * exp(-Abs(at["v"]) / p["v_f"])
+    ),
+    (
+        Shape("v_f", "{v}", "speed", 0.02, 0.5, 5, text="Stribeck velocity"),
+        Shape("v_r", "{v}", "speed", 0.001, 0.1, 3, text="speed below which friction is not yet developed"),
+    ),
     needs=("v",),
+    unless=("friction",),
     common=0.5,
 )
 
@@ -84,4 +102,7 @@ position_friction = Effect(
     common=0.5,
 )
 
-EFFECTS = (second_dahl_element, dahl_exponent, stribeck_friction, coulomb_friction, position_friction)
+EFFECTS = (
+    second_dahl_element, dahl_exponent, stribeck_friction, coulomb_friction, stribeck_force,
+    position_friction,
+)  # fmt: skip

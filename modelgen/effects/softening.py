@@ -6,6 +6,7 @@ from dataclasses import replace
 from sympy import Symbol
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, at_start, unit_of
+from modelgen.errors import InputError
 from modelgen.language import (
     Abs,
     Input,
@@ -36,8 +37,11 @@ def moved_input(model: Model) -> Input:
 
 
 def moved_rate(model: Model) -> Input:
-    """The rate of the recorded displacement of a time model."""
-    return next(i for i in model.inputs if i.derived and i.derived[0] == "rate")
+    """The rate of the recorded displacement of a time model. Raises InputError where none is recorded."""
+    rates = [i for i in model.inputs if i.derived and i.derived[0] == "rate"]
+    if not rates:
+        raise InputError(f"model '{model.id}' has no input that is the rate of another")
+    return rates[0]
 
 
 def _payne(model: Model, port: Port, p: Values) -> Model:

@@ -198,7 +198,7 @@ def _rms(arrays: Sequence[Array]) -> float:
     return float(np.sqrt(np.mean(np.concatenate([a.ravel() for a in arrays]) ** 2))) if arrays else np.nan
 
 
-def _channels(model: Model, s: Series, raw: Array) -> dict[str, Array]:
+def channels(model: Model, s: Series, raw: Array) -> dict[str, Array]:
     """Residuals by unit; of a complex quantity its modulus, so that its rms is that of |ΔZ|."""
     from modelgen.codegen.lower import primary_outputs
 
@@ -215,13 +215,13 @@ def _by_unit(model: Model, parts: Sequence[tuple[Series, Array, Array]]) -> dict
     """rms of the residual: unit → role → figure, the unit of the first channel first."""
     found: dict[str, dict[str, list[Array]]] = {}
     for s, raw, _ in parts:
-        for unit, e in _channels(model, s, raw).items():
+        for unit, e in channels(model, s, raw).items():
             found.setdefault(unit, {}).setdefault(s.role, []).append(e)
     return {unit: {role: _rms(rows) for role, rows in roles.items()} for unit, roles in found.items()}
 
 
 def _recording(model: Model, s: Series, raw: Array, white: Array) -> RecordingFit:
-    unit, e = next(iter(_channels(model, s, raw).items()))
+    unit, e = next(iter(channels(model, s, raw).items()))
     return RecordingFit(s.name, s.role, s.n, _rms([e]), unit, _rms([white]))
 
 

@@ -47,7 +47,7 @@ def read_channels(table: Table, signature: Signature) -> Channels:
     for (part, column), numbers in zip(picked.items(), raw, strict=True):
         a, b = scales[part]
         values[part] = numbers * a + b if b else numbers * a
-        _check_range(table, column, part, values[part], numbers)
+        _check_range(table, column, part, values[part], numbers, part.channel == signature.axis)
     order, note = _order(table, picked, values, signature)
     if order is not None:
         values = {part: v[order] for part, v in values.items()}
@@ -159,12 +159,18 @@ def _scale(table: Table, column: Column, wanted: str) -> tuple[float, float]:
 
 
 def _check_range(
-    table: Table, column: Column, part: Part, values: NDArray[np.float64], found: NDArray[np.float64]
+    table: Table,
+    column: Column,
+    part: Part,
+    values: NDArray[np.float64],
+    found: NDArray[np.float64],
+    axis: bool,
 ) -> None:
-    """Frequencies and moduli are above zero, and squares of squares do not overflow in the model's unit."""
+    """Frequencies of a sweep and moduli are above zero (a speed of rotation may not be), and squares of
+    squares do not overflow in the model's unit."""
     for wrong, says in (
         (~(np.abs(values) <= HUGE), f"is too large in '{part.unit}'"),
-        ((values <= 0) & (part.what == "value" and is_frequency(part.unit)), "is not a frequency above zero"),
+        ((values <= 0) & (axis and is_frequency(part.unit)), "is not a frequency above zero"),
         ((values < 0) & (part.what == "modulus"), "is negative, but a modulus can't be"),
         ((values == 0) & (part.what == "modulus"), "is no modulus that has a phase or a relative error"),
     ):

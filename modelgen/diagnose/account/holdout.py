@@ -15,9 +15,11 @@ from modelgen.diagnose.verdict import Rms
 from modelgen.errors import InputError
 from modelgen.fit import GaussNewton
 from modelgen.fit.experiment import Experiment, Layout, make_layout
+from modelgen.fit.fitting import channels
 from modelgen.fit.motion import errors_in_motion
 from modelgen.fit.series import Array, Series, make_series
 from modelgen.fit.uncertainty import assess
+from modelgen.language import Model
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +61,9 @@ def look_at_holdout(setting: Setting, outcome: Outcome, best: Fit, scale: float)
         white = [s.whitener.apply(e) for s, e in zip(setting.series, mine, strict=True)]
         held_white = [_without_outliers(e, theta) for e, theta in predicted]
         raws.append(tuple(held))
-        over = _rms(white, True) / scale, _rms(held_white, True) / scale
-        rms.append(Rms(_rms(mine), _rms(held), *over, foreseen(outcome.judge, fit, predicted, scale)))
+        shown = _rms(setting.model, setting.series, mine), _rms(setting.model, moved, held)
+        over = _over_noise(white) / scale, _over_noise(held_white) / scale
+        rms.append(Rms(*shown, *over, foreseen(outcome.judge, fit, predicted, scale)))
     return Held(tuple(moved), raws[0], raws[1], rms[0], rms[1], notes)
 
 
@@ -129,12 +132,14 @@ def _same_order(e: Experiment, layout: Layout) -> Layout:
     return replace(layout, wrt=e.layout.wrt, place=place)
 
 
-def _rms(parts: list[Array] | tuple[Array, ...], used: bool = False) -> float:
-    """Root mean square over recordings: of complex channels the modulus, of real ones the value."""
-    if not parts:
-        return float("nan")
-    if used:
-        x = np.concatenate([p.ravel() for p in parts])
-        x = x[x != 0]
-        return float(np.sqrt(np.mean(x**2))) if x.size else float("nan")
-    return float(np.sqrt(np.mean(np.concatenate([np.sum(p**2, axis=0) for p in parts]))))
+def _rms(model: Model, series: Sequence[Series], raw: Sequence[Array]) -> float:
+    """Root mean square of raw residuals in the first output's unit: amperes don't add to millimetres."""
+    parts = [next(iter(channels(model, s, e).values())) for s, e in zip(series, raw, strict=True)]
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else float("nan")
+
+
+def _over_noise(parts: Sequence[Array]) -> float:
+    """Root mean square of whitened residuals that weigh something."""
+    x = np.concatenate([p.ravel() for p in parts]) if parts else np.zeros(0)
+    x = x[x != 0]
+    return float(np.sqrt(np.mean(x**2))) if x.size else float("nan")

@@ -71,7 +71,7 @@ def _effect(setting: Setting, left: Leftover, port: Port) -> Effect | None:
         moved = next(i.derived[1] for i in setting.model.inputs if i.derived and i.derived[0] == "rate")
         z = max((s.inputs[moved] for s in setting.series), key=np.ptp)
         return _wave(id, port, 2 * np.pi * float(PITCHES[int(str(which))] / np.ptp(z)))
-    return _powers(id, port, POWERS[str(name)]) if name in POWERS else None
+    return powers(id, port, POWERS[str(name)]) if name in POWERS else None
 
 
 def _wave(id: str, port: Port, kappa: float) -> Effect:
@@ -108,7 +108,7 @@ def _resonant(id: str, port: Port, places: tuple[Any, ...]) -> Effect:
     return Effect(id, (port.kind,), says, SOURCE, tuple(strengths), add(terms), tuple(shapes), ("omega",))
 
 
-def _powers(id: str, port: Port, chosen: tuple[Term, ...]) -> Effect:
+def powers(id: str, port: Port, chosen: tuple[Term, ...]) -> Effect:
     """Powers of displacement and speed, added to the force."""
     strengths = tuple(
         Strength(f"c_{n}", f"{{port}}/({{z}}**{a}*{{v}}**{b})", bounds=ANY, text="coefficient")

@@ -87,6 +87,9 @@ def judge_adequacy(
     unknown = _unexplained(outcome, left, gross, explained) and not _better_named(
         setting, outcome, sensitivities, explained
     )
+    whole = None if unknown else _wholly_described(setting, outcome, sensitivities, floor)
+    if whole is not None:
+        unknown, left = True, whole
     rival = _described(setting, outcome)
     other = None if unknown else _imitated(setting, outcome, sensitivities) or _line(outcome)
     notes: tuple[str, ...] = ()
@@ -170,6 +173,21 @@ def _better_named(
     modelled = 0.0 if terms is None else outcome.base.bic - terms.bic
     gained = outcome.base.bic - outcome.best.bic
     return gained > max(whole.gain, modelled) - CLOSE and explained > SOME
+
+
+def _wholly_described(
+    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], floor: float
+) -> Leftover | None:
+    """Functions of displacement and speed that leave but noise, where even the best named effects stay far
+    from the recordings."""
+    best = outcome.best
+    if not setting.model.is_time_model or outcome.judge.temper == 1.0 or not best.hypothesis.added:
+        return None
+    whole = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
+    terms = described(setting, outcome, whole)
+    if terms is None or best.bic - terms.bic < LEFT:
+        return None
+    return whole if _mean_square(plain_white(terms)) < CREDIBLE**2 * floor else None
 
 
 def _imitated(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array]) -> Leftover | None:

@@ -16,6 +16,7 @@ import numpy as np
 from modelgen.diagnose.gate.functions import groups, scaled, scaled_speed
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import line
+from modelgen.diagnose.gate.ports import felt_terms
 from modelgen.diagnose.hypotheses.evidence import effective, settled
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import COLOUR_SWEEP, COLOUR_TIME
@@ -144,6 +145,11 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
     names = {i.derived[0]: i.name for i in model.inputs if i.derived}
     moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), "")
     found = [line(model, fit, n)]
+    if not moved:
+        found[0] = replace(found[0], port=found[0].port if found[0].says else "")
+        for at, group, words, felt in felt_terms(fit, plain):
+            best = _best_of(tangent, felt, plain.whiteners, fit.white, at.name, words, group)
+            found.append(replace(best, terms=(group, 0)))
     for says, port, make in groups() if moved else ():
         blocks = []
         for k, s in enumerate(e.series):

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.fit.colour import flattened
+from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
 from modelgen.language import Model
 
 
 def _follows(model: Model, fit: Fit, grid: Array, width: float) -> Array:
     """Frequencies of `grid` at which the motion itself, or a harmonic of it, has power: what happens there
-    follows it."""
-    moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
+    follows it. Where no motion is recorded, what drives it stands for it."""
+    moved = {i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"}
+    moved = moved or {i.name for i in model.inputs if not i.derived and i.name != model.axis}
     near = np.zeros(len(grid), dtype=bool)
-    for s in fit.hypothesis.experiment.series if moved else ():
-        t, z = s.inputs[model.axis], s.inputs[moved or ""]
+    for s, name in ((s, name) for s in fit.hypothesis.experiment.series for name in sorted(moved)):
+        t, z = s.inputs[model.axis], s.inputs[name]
         power = np.abs(np.fft.rfft((z - z.mean()) * np.hanning(s.n))) ** 2
         f = np.arange(len(power)) * (s.n - 1) / float(t[-1] - t[0]) / s.n
         strong = f[power > 1e-3 * power.max()]
@@ -32,6 +36,27 @@ def _follows(model: Model, fit: Fit, grid: Array, width: float) -> Array:
 
 def _close(grid: Array, f: float, width: float) -> Array:
     return np.asarray(np.abs(grid - f) < width)
+
+
+FAR, WHOLE = 2.0, 0.3
+"""Where a fit leaves FAR times the noise, a line is no account of it unless it holds this share of its
+power."""
+
+
+def _far(fit: Fit) -> bool:
+    scatter = np.mean([local_scatter(x) ** 2 for e in fit.white for x in e])
+    return float(np.mean([np.mean(e**2) for e in fit.white])) > FAR**2 * max(1.0, float(scatter))
+
+
+def _share(series: Sequence[tuple[Array, Array]], f: float) -> float:
+    """Share of the power of residuals (time, residual) that a wave of the frequency `f` has."""
+    held = total = 0.0
+    for t, x in series:
+        x = x - x.mean()
+        waves = np.linalg.qr(np.stack([np.cos(2 * np.pi * f * t), np.sin(2 * np.pi * f * t)], axis=1))[0]
+        held += float(np.sum((waves.T @ x) ** 2))
+        total += float(x @ x)
+    return held / max(total, 1e-300)
 
 
 def line(model: Model, fit: Fit, n: int) -> Leftover:
@@ -63,5 +88,7 @@ def line(model: Model, fit: Fit, n: int) -> Leftover:
     total[_follows(model, fit, grid, 1.0 / span)] = 0.0
     k = int(np.argmax(total))
     chi2 = 2 * float(total[k])
+    if _far(fit) and _share(series, float(grid[k])) < WHOLE:
+        return Leftover(0.0, 0.0, "sensor", "")
     gain = chi2 - (2 * len(series) + 1) * float(np.log(n)) - 2 * float(np.log(len(grid)))
     return Leftover(gain, chi2, "sensor", f"a line at {grid[k]:.4g} Hz that does not follow the motion")

@@ -40,6 +40,10 @@ def levels(series: Sequence[Series]) -> tuple[Level, ...]:
     return tuple(Level(TRUST_STATED if s.stated else TRUST_ESTIMATED) for s in series)
 
 
+RUNAWAY = 1e100
+"""A simulation that is so many standard deviations off has run away; its square would overflow."""
+
+
 def deviance(white: Sequence[Array], prior: Sequence[Level], robust: bool = False) -> float:
     """−2 ln of the likelihood of whitened residuals with each recording's noise level profiled out.
 
@@ -50,6 +54,8 @@ def deviance(white: Sequence[Array], prior: Sequence[Level], robust: bool = Fals
     total = 0.0
     for e, p in zip(white, prior, strict=True):
         n = int(np.count_nonzero(e))
+        if not np.max(np.abs(e), initial=0.0) < RUNAWAY:
+            return float("inf")
         square = settled(e) if robust else float(np.sum(e**2))
         total += (n + p.count) * float(np.log((square + p.count) / (n + p.count)))
     return total

@@ -89,8 +89,16 @@ def _margins(q: Shape, low: float, high: float) -> tuple[float, float]:
 
 
 def ranged(a: Addition, scales: Mapping[str, Array]) -> Addition:
-    """The addition with the search ranges of shapes that other scales of recordings give it."""
-    tried = {q.name: search_range(q, scales) for q in a.effect.shapes if "port" not in q.scale}
+    """The addition with the search ranges of shapes that other scales of recordings give it.
+
+    Those in scales that recordings alone don't tell (of a port, of a motion that is not recorded) stay.
+    """
+    tried = {}
+    for q in a.effect.shapes:
+        try:
+            tried[q.name] = search_range(q, scales)
+        except KeyError:
+            continue
     return replace(a, ranges={**a.ranges, **tried})
 
 
@@ -106,13 +114,18 @@ def widened(layout: Layout, added: Sequence[Addition]) -> Layout:
 
 
 def additions(
-    model: Model, effects: Sequence[Effect], scales: Mapping[str, Array], port_sizes: Mapping[str, Array]
+    model: Model,
+    effects: Sequence[Effect],
+    scales: Mapping[str, Array],
+    port_sizes: Mapping[str, Array],
+    motions: Mapping[str, Mapping[str, Array]],
 ) -> list[Addition]:
-    """All effects that fit a port of `model` and whose scales the recordings have."""
+    """All effects that fit a port of `model` and whose scales the recordings have, or the `motions` at the
+    port."""
     found = []
     for e in effects:
         for port in e.fits(model):
-            known = {**scales, "port": port_sizes[port.equation]}
+            known = {**scales, **motions.get(port.equation, {}), "port": port_sizes[port.equation]}
             try:
                 tried: list[Strength | Shape] = [*e.shapes, *(q for q in e.strengths if e.secant and q.scale)]
                 ranges = {q.name: search_range(q, known) for q in tried}

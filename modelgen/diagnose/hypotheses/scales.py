@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from modelgen.fit.series import Array, Series
 from modelgen.language import Model, Port
@@ -33,18 +34,46 @@ def record_scales(model: Model, series: Sequence[Series]) -> dict[str, Array]:
     if moved and rate:
         z = [s.inputs[moved] for s in series]
         v = [s.inputs[rate] for s in series]
-        stroke = np.array([max(float(np.ptp(x)) / 2, 1e-300) for x in z])
+        scales |= _sizes(z, v)
+        stroke = scales["displacement"]
         path = np.array([float(np.trapezoid(np.abs(x), t)) for x, t in zip(v, time, strict=True)])
         often = path > 4 * CYCLES * stroke
         scales["cycles"] = duration[often]
-        scales["displacement"] = stroke
-        scales["position"] = np.array([min(x.min() for x in z), max(x.max() for x in z)])
-        scales["speed"] = np.array([max(float(np.quantile(np.abs(x), 0.995)), 1e-300) for x in v])
         fastest = min(fastest, float(np.max(scales["speed"] / stroke)) * 3)
     slowest = float(2 * np.pi / duration.max())
     scales["omega"] = np.array([slowest, max(fastest, 3 * slowest)])
     scales["time"] = np.array([1 / scales["omega"][1], duration.max()])
     return {n: x for n, x in scales.items() if x.size}
+
+
+def _sizes(z: Sequence[Array], v: Sequence[Array]) -> dict[str, Array]:
+    """Scales of a motion: half the stroke and the greatest speed of each record, and the range in all."""
+    known = {}
+    if z:
+        known["displacement"] = np.array([max(float(np.ptp(x)) / 2, 1e-300) for x in z])
+        known["position"] = np.array([min(x.min() for x in z), max(x.max() for x in z)])
+    if v:
+        known["speed"] = np.array([max(float(np.quantile(np.abs(x), 0.995)), 1e-300) for x in v])
+    return known
+
+
+def motion_scales(
+    model: Model, port: Port, values: Sequence[dict[str, Array]], time: Sequence[Array]
+) -> dict[str, Array]:
+    """Scales of a motion that is not recorded but follows from what drives the model: by the base fit.
+
+    values: every equation and state of the model, in each recording, at the times `time`. Empty where a
+    motion is recorded, or the fit has none. A port that tells its speed alone moves as far as that goes.
+    """
+    if any(i.derived and i.derived[0] == "rate" for i in model.inputs):
+        return {}
+    at = {key: str(x) for key, x in port.variables}
+    z, v = ([x[at[key]] for x in values if at.get(key) in x] for key in ("z", "v"))
+    if any(np.ndim(x) != 1 or not np.isfinite(x).all() for x in (*z, *v)):
+        return {}
+    if v and "z" not in at:
+        z = [cumulative_trapezoid(x, t, initial=0.0) for x, t in zip(v, time, strict=True)]
+    return _sizes(z, v)
 
 
 def port_scale(port: Port, values: Sequence[dict[str, Array]]) -> Array:
