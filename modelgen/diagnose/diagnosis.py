@@ -27,7 +27,7 @@ from modelgen.diagnose.verdict import Verdict
 from modelgen.effects import Effect
 from modelgen.fit import PSO
 from modelgen.fit.experiment import experiment
-from modelgen.fit.motion import errors_in_motion
+from modelgen.fit.motion import allowing, motion_error
 from modelgen.fit.problem import Problem
 from modelgen.fit.scatter import local_scatter, rounding, stands
 from modelgen.fit.series import Array, Series, make_series
@@ -99,16 +99,21 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
         series, base = spread, make_hypotheses(model, case, spread, [()])
         judge = white_judge(series)
         fit, others = _fit_base(base[0], judge, seed)
-    marks = tuple(outliers_of(fit.hypothesis.experiment, fit.theta, k) for k in range(len(series)))
-    oddity, marks = _oddity(model, series, fit.white, marks)
-    series = masked(_levelled(_referred(series, fit), fit), marks)
-    if not model.is_time_model:
+    if model.is_time_model:
+        e = fit.hypothesis.experiment
+        errors = [motion_error(e, case, r, fit.theta, k) for k, r in enumerate(case.fit)]
+        series = tuple(map(allowing, _levelled(series, fit), errors))
+    ex = replace(fit.hypothesis.experiment, series=series)
+    white = [s.whitener.apply(ex.raw(fit.theta, k)) for k, s in enumerate(series)]
+    marks = tuple(outliers_of(ex, fit.theta, k) for k in range(len(series)))
+    oddity, marks = _oddity(model, series, white, marks)
+    if model.is_time_model:
+        series = masked(series, marks)
+    else:
+        series = masked(_levelled(_referred(series, fit), fit), marks)
         raw = [fit.hypothesis.experiment.raw(fit.theta, k) for k in range(len(series))]
         white = [s.whitener.apply(e) for s, e in zip(series, raw, strict=True)]
         series = slanted(series, [s.inputs[model.axis] for s in series], white)
-    else:
-        ex = replace(fit.hypothesis.experiment, series=series)
-        series = tuple(errors_in_motion(ex, case, r, fit.theta, k) for k, r in enumerate(case.fit))
     base = make_hypotheses(model, case, series, [()])
     judge = white_judge(series)
     fit = judge.fit(base[0], [fit.theta, *base_starts(base[0], seed, 4)])

@@ -1,0 +1,104 @@
+"""Claims from recordings over time, looked at again with all that errors of the path may do.
+
+A hysteresis remembers where its path has turned. Noise moves those turns, and corners lie between the
+samples: errors that last as long as that memory and look like physics. Under the covariance that they have if
+the base is right, a claim stands or falls (errors in variables, to first order).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from modelgen.diagnose.hypotheses.evidence import effective
+from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
+from modelgen.diagnose.noise.recolour import gross, recolour
+from modelgen.diagnose.noise.replica import on
+from modelgen.diagnose.search.claim import gains
+from modelgen.diagnose.search.search import white_judge
+from modelgen.diagnose.search.swap import parts
+from modelgen.fit.path import likeliest
+from modelgen.fit.series import Series
+
+SLIGHT = 0.02
+"""Share of the variance, in the mean, up to which errors of the path are left aside."""
+FIRST = 6
+"""Accounts that are looked at again."""
+ROUNDS = 2
+"""Times that an account is fitted under the errors that it makes itself."""
+
+
+def sober(setting: Setting, outcome: Outcome) -> tuple[Setting, Outcome] | None:
+    """The same under the errors of the path; None where these are slight, or explain nothing.
+
+    The simplest account that is not far from noise along its own likeliest path (the base, else the best with
+    one effect, …) is the truth unless more gains enough under the errors of that path.
+    """
+    if not setting.model.is_time_model or outcome.judge.temper > 1.0:
+        return None
+    for size in range(max(1, len(outcome.best.ids))):
+        known = [f for f in outcome.tried if len(f.ids) == size] if size else [outcome.base]
+        if not known:
+            continue
+        simple, less = min(known, key=lambda f: f.bic), setting
+        for _ in range(ROUNDS):
+            series = _with_path(setting, simple)
+            if series is None:
+                return None
+            less = replace(setting, series=series)
+            judge = Judge(white_judge(series).whiteners, outcome.judge.prior)
+            simple = judge.fit(on(simple.hypothesis, series), [simple.theta])
+        if not gross(less, simple.white):
+            return less, _judged(less, judge, simple, outcome)
+    return None
+
+
+def _judged(s: Setting, judge: Judge, simple: Fit, outcome: Outcome) -> Outcome:
+    """The claims of `outcome` beyond a `simple` account, under `judge`."""
+    tried = sorted(outcome.tried, key=lambda f: f.bic)[:FIRST]
+    if not any(f.hypothesis.key == outcome.best.hypothesis.key for f in tried):
+        tried = [outcome.best, *tried]
+    tried = [f for f in tried if f.hypothesis.key not in (simple.hypothesis.key, outcome.base.hypothesis.key)]
+    fits = [_anew(judge, simple, f, s.series) for f in tried]
+    best = next((f for f in fits if f.hypothesis.key == outcome.best.hypothesis.key), simple)
+    fits += parts(s, judge, best) if len(best.ids) > 1 + len(simple.ids) else []
+    base = judge.fit(on(outcome.base.hypothesis, s.series), [outcome.base.theta]) if simple.ids else simple
+    judge, base, fits = recolour(s, judge, base, [simple, *fits] if simple.ids else fits)
+    chosen = next((f for f in fits if f.hypothesis.key == simple.hypothesis.key), base)
+    for size in range(len(chosen.ids) + 1, len(best.ids) + 1):
+        first = min((f for f in fits if len(f.ids) == size), key=lambda f: f.bic, default=None)
+        if first is not None and gains(s, judge, base, chosen, first) and _allowed(chosen, first):
+            chosen = first
+    return Outcome(judge, base, chosen, tuple(fits), outcome.blind)
+
+
+def _allowed(old: Fit, new: Fit) -> bool:
+    """Whether `new` gains enough with no less noise than what is allowed for.
+
+    How large errors of a path are is known roughly: what they leave free says nothing of the noise elsewhere.
+    """
+    price = (new.parameters - old.parameters) * float(np.log(effective(new.white)))
+    return old.chi2 - new.chi2 - price > ALARM * (len(new.ids) - len(old.ids))
+
+
+def _anew(judge: Judge, simple: Fit, f: Fit, series: Sequence[Series]) -> Fit:
+    """`f` fitted over other series of the same recordings, also from the parameters of a simpler account."""
+    h = on(f.hypothesis, series)
+    known = {n: float(x) for n, x in zip(h.names, f.theta, strict=True) if n not in simple.hypothesis.names}
+    return judge.fit(h, [f.theta, h.place(simple.hypothesis, simple.theta, known)])
+
+
+def _with_path(setting: Setting, account: Fit) -> tuple[Series, ...] | None:
+    """The series along the path that force and motion together say if an account is right, with the noise
+    that errors of the recorded path make in its output; None where these are slight."""
+    e, found, more = account.hypothesis.experiment, [], 0.0
+    for k, recording in enumerate(setting.case.fit):
+        path = likeliest(replace(e, series=setting.series), setting.case, recording, account.theta, k)
+        if path is None:
+            return None
+        found.append(path[0])
+        more = max(more, path[1])
+    return tuple(found) if more > SLIGHT else None
