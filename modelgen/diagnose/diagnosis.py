@@ -17,6 +17,7 @@ from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, additions, make_
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
 from modelgen.diagnose.hypotheses.scales import port_scale, record_scales
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
+from modelgen.diagnose.noise.between import smoothly_driven
 from modelgen.diagnose.noise.floor import slanted, two_parts
 from modelgen.diagnose.noise.noise import masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
@@ -72,7 +73,7 @@ def diagnose(
     if progress:
         progress(0.02, "reading")
     case, notes = thin(model, case)
-    ground = prepare(model, case, seed)
+    case, ground = _prepared(model, case, seed)
     seen = (*unresolved(model, ground.series), *mirrored(model, case, ground.base, seed))
     notes = (*notes, *unknown_kinds(model, catalogue))
     ground = replace(ground, notes=(*notes, *seen, *ground.notes))
@@ -83,6 +84,19 @@ def diagnose(
     if progress:
         progress(0.9, "deciding")
     return conclude(setting, ground.notes, ground.marks, ground.oddity, outcome, out, begun)
+
+
+def _prepared(model: Model, case: Case, seed: int) -> tuple[Case, Ground]:
+    """The case with inputs that ran as the base says they did between their samples, and its ground."""
+    ground = prepare(model, case, seed)
+    smooth = smoothly_driven(model, case, ground.base, ground.judge)
+    if smooth is None:
+        return case, ground
+    ground = prepare(model, smooth, seed)
+    return smooth, replace(ground, notes=(SMOOTH, *ground.notes))
+
+
+SMOOTH = "inputs ran smoothly between their samples: with straight lines the base fits far worse"
 
 
 def prepare(model: Model, case: Case, seed: int) -> Ground:
@@ -280,6 +294,6 @@ def outcome_of(
 ) -> tuple[Setting, Outcome]:
     """Setting and outcome without a verdict, for studies of the search itself."""
     case, _ = thin(model, case)
-    ground = prepare(model, case, seed)
+    case, ground = _prepared(model, case, seed)
     setting = set_up(model, case, ground, catalogue)
     return setting, search(setting, ground.base, ground.judge)
