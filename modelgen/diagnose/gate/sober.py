@@ -27,6 +27,8 @@ SLIGHT = 0.02
 """Share of the variance, in the mean, up to which errors of the path are left aside."""
 FIRST = 6
 """Accounts that are looked at again."""
+SURE = 10 * ALARM
+"""ΔBIC that leaves no doubt of a claim."""
 ROUNDS = 2
 """Times that an account is fitted under the errors that it makes itself."""
 
@@ -51,6 +53,8 @@ def sober(setting: Setting, outcome: Outcome) -> tuple[Setting, Outcome] | None:
             less = replace(setting, series=series)
             judge = Judge(white_judge(series).whiteners, outcome.judge.prior)
             simple = judge.fit(on(simple.hypothesis, series), [simple.theta])
+            if len(outcome.best.ids) == size + 1 and _sure(judge, simple, outcome.best, series):
+                return None
         if not gross(less, simple.white):
             return less, _judged(less, judge, simple, outcome)
     return None
@@ -73,6 +77,12 @@ def _judged(s: Setting, judge: Judge, simple: Fit, outcome: Outcome) -> Outcome:
         if first is not None and gains(s, judge, base, chosen, first) and _allowed(chosen, first):
             chosen = first
     return Outcome(judge, base, chosen, tuple(fits), outcome.blind)
+
+
+def _sure(judge: Judge, simple: Fit, best: Fit, series: Sequence[Series]) -> bool:
+    """Whether `best` as it is, not fitted again, is by far ahead of a simple account."""
+    seen = judge.look(on(best.hypothesis, series), best.theta)
+    return simple.bic - seen.bic > SURE and _allowed(simple, seen)
 
 
 def _allowed(old: Fit, new: Fit) -> bool:
