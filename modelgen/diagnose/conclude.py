@@ -17,6 +17,7 @@ from modelgen.diagnose.account.show import port_curve, port_sensitivities, trace
 from modelgen.diagnose.account.words import blind_note, bound_note, holdout_note, spare_values, summary
 from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled
 from modelgen.diagnose.gate.leftover import Leftover
+from modelgen.diagnose.gate.sober import sober
 from modelgen.diagnose.gate.unlisted import with_rivals
 from modelgen.diagnose.gate.vague import told
 from modelgen.diagnose.hypotheses.averaged import averaged, parameters
@@ -42,6 +43,8 @@ def conclude(
     sensitivities = port_sensitivities(setting, outcome.base)
     outcome = with_rivals(setting, outcome)
     gate = judge_adequacy(setting, outcome, sensitivities, oddity)
+    if outcome.best.ids or gate.unknown:
+        setting, outcome, gate = _stands(setting, outcome, gate, sensitivities, oddity)
     standing: tuple[Standing, ...] = ()
     vague: tuple[str, ...] = ()
     if not gate.unknown:
@@ -82,6 +85,21 @@ def conclude(
         noise=gate.noise,
         law=law,
     )  # fmt: skip
+
+
+def _stands(
+    setting: Setting,
+    outcome: Outcome,
+    gate: Gate,
+    sensitivities: Mapping[str, Array],
+    oddity: Leftover | None,
+) -> tuple[Setting, Outcome, Gate]:
+    """What is claimed, or nothing where errors of the recorded path explain as much."""
+    found = sober(setting, outcome)
+    if found is None:
+        return setting, outcome, gate
+    again = judge_adequacy(*found, sensitivities, oddity)
+    return (setting, outcome, gate) if again.unknown else (*found, again)
 
 
 def _findings(

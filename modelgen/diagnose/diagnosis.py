@@ -18,6 +18,7 @@ from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, additions, make_
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
 from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, record_scales
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
+from modelgen.diagnose.noise.between import smoothly_driven
 from modelgen.diagnose.noise.floor import slanted, two_parts
 from modelgen.diagnose.noise.noise import masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
@@ -28,7 +29,7 @@ from modelgen.diagnose.verdict import Verdict
 from modelgen.effects import Effect
 from modelgen.fit import PSO
 from modelgen.fit.experiment import experiment
-from modelgen.fit.motion import errors_in_motion
+from modelgen.fit.motion import allowing, motion_error
 from modelgen.fit.problem import Problem
 from modelgen.fit.scatter import local_scatter, rounding, stands
 from modelgen.fit.series import Array, Series, make_series
@@ -75,7 +76,7 @@ def diagnose(
     if progress:
         progress(0.02, "reading")
     case, notes = thin(model, case)
-    ground = prepare(model, case, seed)
+    case, ground = _prepared(model, case, seed)
     seen = (*unresolved(model, ground.series), *mirrored(model, case, ground.base, seed))
     notes = (*notes, *unknown_kinds(model, catalogue))
     ground = replace(ground, notes=(*notes, *seen, *ground.notes))
@@ -96,6 +97,19 @@ def in_order(model: Model) -> Model:
     return replace(model, inputs=(*model.inputs, previous(axis)))
 
 
+def _prepared(model: Model, case: Case, seed: int) -> tuple[Case, Ground]:
+    """The case with inputs that ran as the base says they did between their samples, and its ground."""
+    ground = prepare(model, case, seed)
+    smooth = smoothly_driven(model, case, ground.base, ground.judge)
+    if smooth is None:
+        return case, ground
+    ground = prepare(model, smooth, seed)
+    return smooth, replace(ground, notes=(SMOOTH, *ground.notes))
+
+
+SMOOTH = "inputs ran smoothly between their samples: with straight lines the base fits far worse"
+
+
 def prepare(model: Model, case: Case, seed: int) -> Ground:
     """Fit the base, find out how the noise goes with what is measured, take out outliers, set noise levels
     that were not stated from neighbours' scatter, fit again."""
@@ -110,16 +124,21 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
         series, base = spread, make_hypotheses(model, case, spread, [()])
         judge = white_judge(series)
         fit, others = _fit_base(base[0], judge, seed)
-    marks = tuple(outliers_of(fit.hypothesis.experiment, fit.theta, k) for k in range(len(series)))
-    oddity, marks = _oddity(model, series, fit.white, marks)
-    series = masked(_levelled(_referred(series, fit), fit), marks)
-    if not model.is_time_model:
+    if model.is_time_model:
+        e = fit.hypothesis.experiment
+        errors = [motion_error(e, case, r, fit.theta, k) for k, r in enumerate(case.fit)]
+        series = tuple(map(allowing, _levelled(series, fit), errors))
+    ex = replace(fit.hypothesis.experiment, series=series)
+    white = [s.whitener.apply(ex.raw(fit.theta, k)) for k, s in enumerate(series)]
+    marks = tuple(outliers_of(ex, fit.theta, k) for k in range(len(series)))
+    oddity, marks = _oddity(model, series, white, marks)
+    if model.is_time_model:
+        series = masked(series, marks)
+    else:
+        series = masked(_levelled(_referred(series, fit), fit), marks)
         raw = [fit.hypothesis.experiment.raw(fit.theta, k) for k in range(len(series))]
         white = [s.whitener.apply(e) for s, e in zip(series, raw, strict=True)]
         series = slanted(series, [s.inputs[model.axis] for s in series], white)
-    else:
-        ex = replace(fit.hypothesis.experiment, series=series)
-        series = tuple(errors_in_motion(ex, case, r, fit.theta, k) for k, r in enumerate(case.fit))
     base = make_hypotheses(model, case, series, [()])
     judge = white_judge(series)
     fit = judge.fit(base[0], [fit.theta, *base_starts(base[0], seed, 4)])
@@ -302,6 +321,6 @@ def outcome_of(
     """Setting and outcome without a verdict, for studies of the search itself."""
     model = in_order(model)
     case, _ = thin(model, case)
-    ground = prepare(model, case, seed)
+    case, ground = _prepared(model, case, seed)
     setting = set_up(model, case, ground, catalogue)
     return setting, search(setting, ground.base, ground.judge)

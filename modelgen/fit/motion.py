@@ -6,7 +6,7 @@ known, and moves the modelled output by ∂F/∂z δz, ∂F/∂v δv and ∂F/�
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,13 +30,14 @@ class MotionError:
 
     by_value, by_rate, by_acceleration: standard deviations, signed by the direction in which the output
     moves, of what errors of the smoothed displacement and of its derivatives make of it. window: half-widths
-    of the smoothing in samples.
+    of the smoothing in samples. std: (3, n) of those errors themselves.
     """
 
     by_value: Array
     by_rate: Array
     by_acceleration: Array
     window: Array
+    std: Array
 
     @property
     def variance(self) -> Array:
@@ -61,32 +62,84 @@ def motion_error(
     n = np.arange(s.n)
     window = np.maximum(np.broadcast_to(found.window, s.n), 1)
     ends = np.where((n < window) | (s.n - 1 - n < window), ENDS, 1.2)
-    base = _output(ex, theta, k, s)[0]
+    base, z = _output(ex, theta, k, s)[0], s.inputs[moved]
+    turned_from = np.concatenate([z[:1], z[:-1]])
 
     def moves(std: Array, *names: str) -> Array:
         if not (np.any(std > 0) and np.all(np.isfinite(std))):
             return np.zeros(s.n)
-        # the whole path moves, so that no step of it changes
+        # the path moves between its turns: what is remembered changes with the way since the last of them
         before = np.concatenate([std[:1], std[:-1]])
-        path = {motion[m]: before for m in ("turning", "previous") if m in motion and moved in names}
+        on = np.ones(s.n) if "turning" not in motion else s.inputs[motion["turning"]] == turned_from
+        ways = {"turning": before * on, "previous": before}
+        path = {motion[m]: d for m, d in ways.items() if m in motion and moved in names}
         shifted = {name: s.inputs[name] + d for name, d in ({n: std for n in names} | path).items()}
         return _output(ex, theta, k, replace(s, inputs={**s.inputs, **shifted}))[0] - base
 
-    value = np.broadcast_to(found.sigma_z * _left(window), s.n) * ends
+    value = np.broadcast_to(found.sigma, s.n) * ends
     rate = np.broadcast_to(found.sigma_v, s.n) * ends
     bent = np.broadcast_to(found.sigma_a, s.n) * ends
     by_bend = moves(bent, motion["acceleration"]) if "acceleration" in motion else np.zeros(s.n)
-    return MotionError(moves(value, moved), moves(rate, motion["rate"]), by_bend, window)
+    std = np.stack([value, rate, bent])
+    return MotionError(moves(value, moved), moves(rate, motion["rate"]), by_bend, window, std)
+
+
+SEEN = 0.3
+"""Length of a turn's whitened effect from which it counts."""
+MOST = 300
+"""Turns that count at most, those with the largest effects: the cost goes with their square."""
+
+
+@dataclass(frozen=True, eq=False)
+class TurnError:
+    """What errors of the turns of a path do to the whitened output of a recording: a hysteresis remembers.
+
+    effect: (n, m), of one standard deviation of each turn. at: (m,) their steps. std: (m,) of where they are.
+    """
+
+    effect: Array
+    at: Array
+    std: Array
+
+
+def turn_error(ex: Experiment, case: Case, recording: Recording, theta: Array, k: int) -> TurnError:
+    """Errors of the turns that recording k of `ex` rests on at θ, of those alone that are seen in it."""
+    from modelgen.recordings.kinematics import kinematics
+
+    s, model = ex.series[k], ex.model
+    turning = next((i for i in model.inputs if i.derived and i.derived[0] == "turning"), None)
+    seen: list[tuple[Array, int, float]] = []
+    if turning is not None and turning.derived is not None:
+        moved = turning.derived[1]
+        sigma = input_noise(model, case, recording)[moved]
+        found = kinematics(recording.inputs[model.axis], recording.inputs[moved], sigma)
+        base, weight = _output(ex, theta, k, s)[0], s.whitener.weight[0]
+        unsure = found.reversals[found.sigma_turn[found.reversals] > 0]
+        for n in unsure[:: 1 + len(unsure) // (4 * MOST)].tolist():
+            turns, std = s.inputs[turning.name].copy(), float(found.sigma_turn[n])
+            turns[n] += std
+            there = replace(s, inputs={**s.inputs, turning.name: turns})
+            effect = weight * (_output(ex, theta, k, there)[0] - base)
+            if np.all(np.isfinite(effect)) and effect @ effect > SEEN**2:
+                seen.append((effect, n, std))
+    seen = sorted(seen, key=lambda x: -float(x[0] @ x[0]))[:MOST]
+    effects, at, std_of = zip(*seen, strict=True) if seen else ((), (), ())
+    columns = np.stack(effects, axis=1) if seen else np.zeros((s.n, 0))
+    return TurnError(columns, np.array(at, dtype=int), np.array(std_of))
 
 
 def errors_in_motion(ex: Experiment, case: Case, recording: Recording, theta: Array, k: int) -> Series:
     """Recording k of `ex` with the noise that errors of its motion make in the output, so that they count as
     noise and not as physics: `share` and `smear` of its whitener."""
-    s, found = ex.series[k], motion_error(ex, case, recording, theta, k)
-    if found is None:
+    return allowing(ex.series[k], motion_error(ex, case, recording, theta, k))
+
+
+def allowing(s: Series, error: MotionError | None) -> Series:
+    """A recording whose noise holds errors of its motion."""
+    if error is None:
         return s
-    level = np.sqrt(1.0 + np.mean(np.abs(s.whitener.weight), axis=0) ** 2 * found.variance)
-    return replace(s, whitener=replace(s.whitener.masked(1.0 / level), smear=found.window))
+    level = np.sqrt(1.0 + np.mean(np.abs(s.whitener.weight), axis=0) ** 2 * error.variance)
+    return replace(s, whitener=replace(s.whitener.masked(1.0 / level), smear=error.window))
 
 
 def with_motion(ex: Experiment, case: Case, recordings: Sequence[Recording], theta: Array) -> Experiment:
@@ -107,36 +160,33 @@ def with_motion(ex: Experiment, case: Case, recordings: Sequence[Recording], the
 
 def smoothed(error: MotionError, weight: Array) -> Array:
     """(n, 2 m + 1) rows of R, centred on its diagonal: R Rᵀ is the covariance of what white noise of the
-    displacement leaves in the output, in units of its own noise 1/`weight`.
+    displacement leaves in the output, in units of its own noise 1/`weight`."""
+    by = np.stack([error.by_value, error.by_rate, error.by_acceleration])
+    return np.asarray(
+        np.einsum("dn,dnm->nm", by * weight, smears(error.window, np.flatnonzero(by.any(axis=1))))
+    )
 
-    A sample's smoothed value and derivatives are sums over its window: local quintics (Savitzky and Golay,
-    Anal. Chem. 36 (1964) 1627), in the narrowest window the value itself and the derivatives of the
-    polynomial through nine.
+
+def smears(window: Array, wanted: Iterable[int] = (0, 1, 2)) -> Array:
+    """(3, n, 2 m + 1) rows, centred on the diagonal and of length 1, that white noise of the displacement
+    goes through to a sample's smoothed value and derivatives; 0 for those orders that are not `wanted`.
+
+    These are sums over its window: local quintics (Savitzky and Golay, Anal. Chem. 36 (1964) 1627), in the
+    narrowest window the value itself and the derivatives of the polynomial through nine.
     """
     from scipy.signal import savgol_coeffs
 
-    half = np.clip(error.window, 4, WIDEST).astype(int)
+    half = np.clip(window, 4, WIDEST).astype(int)
     most = int(half.max())
-    rows = np.zeros((len(half), 2 * most + 1))
-    for deriv, by in enumerate((error.by_value, error.by_rate, error.by_acceleration)):
-        for h in np.unique(half) if np.any(by) else ():
-            at, span = half == h, slice(most - h, most + h + 1)
-            c = savgol_coeffs(2 * int(h) + 1, 8 if h == 4 else 5, deriv=deriv, use="dot")
-            rows[at, span] += np.outer(by[at], c / np.linalg.norm(c))
-    return np.asarray(rows * weight[:, None])
+    rows = np.zeros((3, len(half), 2 * most + 1))
+    for deriv in wanted:
+        for h in np.unique(half).tolist():
+            c = savgol_coeffs(2 * h + 1, 8 if h == 4 else 5, deriv=deriv, use="dot")
+            rows[deriv, half == h, most - h : most + h + 1] = c / np.linalg.norm(c)
+    return rows
 
 
 def _output(ex: Experiment, theta: Array, k: int, s: Series) -> Array:
     """Model minus data of `s` in the place of recording k."""
     layout = replace(ex.layout, place=ex.layout.place[k : k + 1], held=ex.layout.held[k : k + 1])
     return Experiment(ex.model, ex.function, layout, (s,), ex.constants).raw(theta, 0)
-
-
-def _left(half: Array) -> Array:
-    """(n,) share of the noise that a local quintic over `half` samples to either side leaves in the value."""
-    from scipy.signal import savgol_coeffs
-
-    left = {
-        h: 1.0 if h <= 4 else float(savgol_coeffs(2 * h + 1, 5)[h]) ** 0.5 for h in np.unique(half).tolist()
-    }
-    return np.array([left[h] for h in half.tolist()])

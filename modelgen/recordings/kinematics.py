@@ -15,6 +15,7 @@ from modelgen.recordings.smooth import Smooth, smooth
 Array = NDArray[np.float64]
 
 JITTER = 1e-3  # of a step: time stamps that are rounded in a file are uniform all the same
+TIP = 0.3  # error of a turn at a corner between samples, over those of both slopes times the step
 SURE = 4.0  # a direction of motion counts when the velocity is this many standard deviations from zero
 
 
@@ -24,8 +25,9 @@ class Kinematics:
 
     z: smoothed displacement. v, a: dz/dt, d²z/dt². z_turn: where the path turns on its way from z[n-1] to
     z[n]; z[n-1] where it doesn't. reversals: the steps n with a turn, shape (number of reversals,).
-    sigma_z: std of the noise in the record. sigma_v, sigma_a: std of what is left of it in v, a.
-    window: half-width, in samples, of the polynomial at each sample.
+    sigma_z: std of the noise in the record. sigma, sigma_v, sigma_a, sigma_turn: std of what is left of it in
+    z, v, a and z_turn, and of what a corner between the samples makes of them. window: half-width, in
+    samples, of the polynomial at each sample.
     """
 
     z: Array
@@ -34,8 +36,10 @@ class Kinematics:
     z_turn: Array
     reversals: NDArray[np.intp]
     sigma_z: float
+    sigma: Array
     sigma_v: Array
     sigma_a: Array
+    sigma_turn: Array
     window: NDArray[np.intp]
 
 
@@ -71,7 +75,8 @@ def kinematics(t: ArrayLike, z: ArrayLike, sigma: float | None = None) -> Kinema
     t, z = _checked(t, z, sigma)
     if z.size == 1:
         still = np.zeros(1)
-        return _frozen(t, z, Smooth(np.array([z, still, still]), np.zeros((3, 1)), still), sigma or 0.0)
+        none = np.zeros((3, 1))
+        return _frozen(t, z, Smooth(np.array([z, still, still]), none, none, still), sigma or 0.0)
     std = noise_std(t, z) if sigma is None else float(sigma)
     step = quantum(z) if sigma != 0 else 0.0
     if std < step:  # otherwise the noise is wide enough to whiten the steps
@@ -115,7 +120,7 @@ def _differentiate(t: Array, z: Array, std: float, bound: float) -> Smooth:
 
 def _per_time(found: Smooth, step: float) -> Smooth:
     scale = np.array([1.0, 1 / step, 1 / step**2])[:, None]
-    return Smooth(found.value * scale, found.std * scale, found.window)
+    return Smooth(found.value * scale, found.std * scale, found.bent * scale, found.window)
 
 
 def _by_sample_number(t: Array, z: Array, std: float, bound: float) -> Smooth:
@@ -124,8 +129,8 @@ def _by_sample_number(t: Array, z: Array, std: float, bound: float) -> Smooth:
     found = smooth(z, std, bound)
     v = found.value[1] / clock[1]
     a = (found.value[2] - v * clock[2]) / clock[1] ** 2
-    noise = np.array([found.std[0], found.std[1] / clock[1], found.std[2] / clock[1] ** 2])
-    return Smooth(np.array([found.value[0], v, a]), noise, found.window)
+    scale = np.array([np.ones_like(v), 1 / clock[1], 1 / clock[1] ** 2])
+    return Smooth(np.array([found.value[0], v, a]), found.std * scale, found.bent * scale, found.window)
 
 
 def _by_splines(t: Array, z: Array, std: float, bound: float) -> Smooth:
@@ -135,13 +140,14 @@ def _by_splines(t: Array, z: Array, std: float, bound: float) -> Smooth:
     curve = make_interp_spline(t, z, k=5 if std == 0 and t.size > 5 else 3)
     if std == 0:
         value = np.array([curve(t), curve(t, 1), curve(t, 2)])
-        return Smooth(value, np.zeros((3, t.size)), np.full(t.size, 2.0))
+        none = np.zeros((3, t.size))
+        return Smooth(value, none, none, np.full(t.size, 2.0))
     n = int(min(np.ceil((t[-1] - t[0]) / np.median(np.diff(t))), 4 * t.size)) + 1
     grid = np.linspace(t[0], t[-1], n)
     found = _per_time(smooth(curve(grid), std, bound), (t[-1] - t[0]) / (n - 1))
     value = make_interp_spline(grid, found.value.T, k=3)(t).T
-    noise = np.array([np.interp(t, grid, row) for row in found.std])
-    return Smooth(value, noise, np.interp(t, grid, found.window))
+    noise, bent = (np.array([np.interp(t, grid, x) for x in rows]) for rows in (found.std, found.bent))
+    return Smooth(value, noise, bent, np.interp(t, grid, found.window))
 
 
 def _frozen(t: Array, z: Array, found: Smooth, std: float) -> Kinematics:
@@ -152,7 +158,10 @@ def _frozen(t: Array, z: Array, found: Smooth, std: float) -> Kinematics:
     z_turn = np.concatenate((z[:1], z[:-1]))
     z_turn[steps] = _extreme(t, z, v, steps)
     window = np.rint(found.window).astype(np.intp)
-    arrays = (z, v, a, z_turn, steps, found.std[1].copy(), found.std[2].copy(), window)
+    sigma, sigma_v, sigma_a = np.hypot(found.std, found.bent)
+    before = np.concatenate((found.bent[1, :1], found.bent[1, :-1]))
+    sigma_turn = np.hypot(TIP * np.diff(t, prepend=t[0]) * (found.bent[1] + before), found.std[0])
+    arrays = (z, v, a, z_turn, steps, sigma, sigma_v, sigma_a, sigma_turn, window)
     for array in arrays:
         array.setflags(write=False)
     return Kinematics(*arrays[:5], std, *arrays[5:])

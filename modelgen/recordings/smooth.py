@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,15 +21,22 @@ PEAK = 6.0  # largest excess coefficient, in standard deviations
 POOL = 12  # half-width of the neighbourhood of a window that is tested together, in half-widths
 SPREAD = 0.3  # standard deviation of the mean square of the some 2 POOL windows in it
 POOLED = 2.5  # largest mean square excess over it, in variances
+NARROWER = 7  # samples of the interpolating polynomial before the last one
+BENT = (
+    20.0  # times the change from it to the last: the error at a corner of any radius up to some samples, and
+)
+# more than twice that, since all corners of a motion are alike, and err alike
+SEEN = 5.0, 2e-4  # changes that count: in standard deviations of what noise makes, and of the greatest value
 
 
 @dataclass(frozen=True)
 class Smooth:
     """value: z, z', z'' per sample step; std: of their errors, what noise leaves and what the polynomials
-    miss; both (3, n). window: half-width, (n,)."""
+    miss; bent: their errors at corners between the samples; all (3, n). window: half-width, (n,)."""
 
     value: Array
     std: Array
+    bent: Array
     window: Array
 
 
@@ -44,6 +52,7 @@ def smooth(z: Array, std: float, bound: float) -> Smooth:
     fit = local_fit(z, min(EXACT, n), min(EXACT, n) - 1)
     value, gain, window = fit.value.copy(), fit.gain.copy(), np.full(n, min(EXACT, n) // 2, dtype=float)
     good, half, missed = np.ones(n, dtype=bool), min(EXACT, n) // 2, np.zeros((3, n))
+    bent = _bent(fit, z, std)
     for wider in HALF_WIDTHS if std > 0 else ():
         if 2 * wider + 1 > n:
             break
@@ -56,8 +65,37 @@ def smooth(z: Array, std: float, bound: float) -> Smooth:
         gain += weight * (fit.gain - last.gain)
         window += weight * (wider - half)
         missed += weight * (_missed(fit, wider, std) - missed)
+        bent *= 1 - weight
         half = wider
-    return Smooth(value, np.hypot(gain * std, missed), window)
+    return Smooth(value, np.hypot(gain * std, missed), bent, window)
+
+
+def _bent(fit: LocalFit, z: Array, std: float) -> Array:
+    """(3, n) size of the errors of an interpolating polynomial (`fit`) about corners between the samples.
+
+    A polynomial of two samples less differs from it there, and nowhere else by more than noise does.
+    """
+    if z.size < 3 * EXACT:
+        return np.zeros((3, z.size))
+    change = np.abs(fit.value - local_fit(z, NARROWER, NARROWER - 1).value)
+    sure, least = SEEN
+    change[0] = 0.0  # both go through the samples
+    limit = np.maximum(sure * std * _change_by_noise(), least * np.abs(fit.value).max(axis=1))
+    change[change < limit[:, None]] = 0.0
+    if not change.any():
+        return change
+    reach = EXACT // 2
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(change, ((0, 0), (reach, reach))), EXACT, axis=1)
+    return np.asarray(BENT * around.max(axis=2))
+
+
+@cache
+def _change_by_noise() -> Array:
+    """(3,) std of the change between the two interpolating polynomials per unit std of white noise."""
+    impulse = np.zeros(4 * EXACT)
+    impulse[2 * EXACT] = 1.0
+    fits = [local_fit(impulse, m, m - 1).value for m in (EXACT, NARROWER)]
+    return np.linalg.norm(fits[0] - fits[1], axis=1)
 
 
 def _missed(fit: LocalFit, half: int, std: float) -> Array:

@@ -79,6 +79,8 @@ def judge_adequacy(
     gross = many and not _smooth(setting, outcome) and np.sqrt(after) > limit
     gross = gross and (stated or setting.model.is_time_model or not all(map(first_order, plain)))
     left = leftover(setting.model, outcome.judge, best, sensitivities)
+    if setting.model.is_time_model and any(s.whitener.root is not None for s in setting.series):
+        left = replace(left, gain=left.gain * min(1.0, after))  # what is allowed for a path tells no level
     if not setting.model.is_time_model and not best.hypothesis.added:
         left = left if left.gain > outcome.base.bic - refused(outcome) else replace(left, gain=0.0)
     far = left.gain > LEFT or gross or outcome.judge.temper > 1.0
@@ -262,5 +264,6 @@ def _noise_words(setting: Setting, outcome: Outcome, after: float, stated: bool)
     elif colour:
         words += f", coloured (autoregressive, order up to {max(w.order for w in colour)})"
     if any(w.root is not None for w in outcome.judge.whiteners):
-        words += ", with a smooth calibration error in its covariance"
+        error = "errors of the recorded path" if setting.model.is_time_model else "a smooth calibration error"
+        words += f", with {error} in its covariance"
     return words

@@ -60,8 +60,9 @@ def _cut(s: Series, e: Array, marks: Array, side: float) -> Array | None:
     end = np.intersect1d(end, np.flatnonzero(side * e > 0))  # e = model − data over noise
     if len(end) < FEW:
         return None
-    spread = float(np.ptp(x[end])) * float(np.mean(np.abs(s.whitener.weight[0][end])))
-    return end if spread < np.sqrt(LOUD) < 0.7 * float(np.max(side * e[end])) else None
+    share = np.ones(len(x)) if s.whitener.share is None else np.maximum(s.whitener.share, 1e-6)
+    spread = float(np.ptp(x[end])) * float(np.mean(np.abs(s.whitener.weight[0] / share)[end]))
+    return end if spread < np.sqrt(LOUD) < 0.7 * float(np.max(side * (e / share)[end])) else None
 
 
 def _plateau(s: Series, e: Array, side: float) -> Array | None:
@@ -78,7 +79,10 @@ def _plateau(s: Series, e: Array, side: float) -> Array | None:
     end = np.flatnonzero(np.abs(under) < band)
     below = np.count_nonzero(np.abs(under - 1.5 * band) <= 0.5 * band)
     model = side * e[end] / np.maximum(np.abs(s.whitener.weight[0][end]), 1e-300) + x[end]
-    goes_on = float(np.std(model)) > 5 * max(float(np.std(x[end])), sigma)
+    unsure = float(np.median(1 / np.maximum(np.abs(s.whitener.weight[0][end]), 1e-300))) if end.size else 0.0
+    goes_on = float(np.std(model)) > 5 * max(
+        float(np.std(x[end])), sigma, unsure
+    )  # its motion may be in error
     return end if len(end) >= MANY and len(end) > DENSE * below and goes_on else None
 
 

@@ -22,9 +22,10 @@ def _dimensions(unit: str) -> tuple[float, Array]:
 
 
 def in_own_units(e: Experiment, default: Array) -> Array:
-    """θ (p,) with every parameter 1 in units made of the recordings' own: stroke, time and output.
+    """θ (p,) with every parameter 1 in units made of the recordings' own: stroke (or what drives), time and
+    output.
 
-    Those without a dimension, and all of a model that knows no displacement, stay at `default`.
+    Those without a dimension, and all of a model of sweeps that knows no displacement, stay at `default`.
     """
     sizes = _over_time(e) if e.model.is_time_model else _of_cycles(e)
     if not sizes or min(size for size, _ in sizes) <= 0:
@@ -43,16 +44,27 @@ def in_own_units(e: Experiment, default: Array) -> Array:
 
 
 def _over_time(e: Experiment) -> list[tuple[float, str]]:
-    """Stroke, speed and spread of the output, each with its unit; none without a displacement."""
+    """Stroke, speed and spread of the output, each with its unit; without a displacement those of what drives
+    it, of the output and of its time."""
     inputs = {i.name: i for i in e.model.inputs}
     rate = next((i for i in e.model.inputs if i.derived and i.derived[0] == "rate"), None)
     if rate is None or rate.derived is None:
-        return []
+        return _driven(e)
     moved = inputs[rate.derived[1]]
     stroke = max(float(np.ptp(s.inputs[moved.name])) / 2 for s in e.series)
     speed = max(float(np.quantile(np.abs(s.inputs[rate.name]), 0.995)) for s in e.series)
     output = max(float(np.std(s.data)) for s in e.series)
     return [(stroke, moved.unit), (speed, rate.unit), (output, e.series[0].unit)]
+
+
+def _driven(e: Experiment) -> list[tuple[float, str]]:
+    """Spread of each recorded input, of the output, and the time in which that changes by its spread."""
+    axis = next(i for i in e.model.inputs if i.name == e.model.axis)
+    recorded = [i for i in e.model.inputs if i.derived is None and i is not axis]
+    inputs = [(max(float(np.std(s.inputs[i.name])) for s in e.series), i.unit) for i in recorded]
+    output = max(float(np.std(s.data[0])) for s in e.series)
+    rate = max(float(np.std(np.diff(s.data[0]) / np.diff(s.inputs[axis.name]))) for s in e.series)
+    return [*inputs, (output, e.series[0].unit), (output / rate if rate else 0.0, axis.unit)]
 
 
 def _of_cycles(e: Experiment) -> list[tuple[float, str]]:

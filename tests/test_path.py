@@ -1,0 +1,89 @@
+"""Errors in variables: corners between the samples and a noisy speed are no physics."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import signal
+
+import modelgen as mg
+from modelgen.diagnose import diagnose
+from modelgen.diagnose.verdict import Verdict
+from modelgen.recordings.kinematics import kinematics
+
+FINE = 100
+"""Steps of the simulations in a sample."""
+
+
+def triangle(period: float, count: int, corner: float, phase: float) -> np.ndarray:
+    """A triangle of amplitude 1, corners rounded by a filter of the time constant `corner` in samples; on the
+    fine grid."""
+    t = np.arange(count * FINE) / FINE
+    z = signal.sawtooth(2 * np.pi * (t / period + phase), 0.5)
+    b = signal.butter(2, 1 / (np.pi * corner * FINE), output="sos")
+    return np.asarray(signal.sosfilt(b, z, zi=signal.sosfilt_zi(b) * z[0])[0])
+
+
+def friction(z: np.ndarray, rho: float) -> np.ndarray:
+    """Dahl's friction state along a path, dr/dz = ρ (1 − r sgn dz), from 0."""
+    r = np.zeros(len(z))
+    for i, d in enumerate(np.diff(z)):
+        s = 1.0 if d >= 0 else -1.0
+        r[i + 1] = s - (s - r[i]) * np.exp(-rho * abs(d))
+    return r
+
+
+def judged(folder: Path, z: np.ndarray, F: np.ndarray, z_noise: float, F_noise: float) -> Verdict:
+    """The verdict on a record of a path and its force, both on the fine grid, with white noise on both."""
+    rng = np.random.default_rng(1)
+    z, F = z[::FINE], F[::FINE]
+    n = np.arange(len(z))
+    table = np.column_stack(
+        [n / 50, z + z_noise * rng.standard_normal(len(n)), F + F_noise * rng.standard_normal(len(n))]
+    )
+    np.savetxt(folder / "a.csv", table, delimiter=",", header="t [s],z [mm],F_m [N]", comments="")
+    (folder / "case.toml").write_text('model = "modified_dahl"\n[[recording]]\nfile = "a.csv"\n')
+    return diagnose(mg.read_case(folder / "case.toml"), mg.models.modified_dahl)
+
+
+@pytest.mark.parametrize("corner", [0.15, 0.3, 0.6, 2.0])
+def test_turns_at_corners_are_as_sure_as_they_say(corner: float) -> None:
+    pulls = []
+    for phase in np.linspace(0, 0.3, 7):
+        z = triangle(33.3, 400, corner, phase)
+        k = kinematics(np.arange(400.0), z[::FINE], 0.0)
+        for n in k.reversals[(k.reversals > 9) & (k.reversals < 390)]:
+            step = z[(n - 1) * FINE : n * FINE + 1]
+            turn = step.max() if z[(n - 3) * FINE] < z[(n - 1) * FINE] else step.min()
+            pulls.append((k.z_turn[n] - turn) / max(k.sigma_turn[n], 1e-5))
+    assert np.max(np.abs(pulls)) < 4
+
+
+def test_turns_of_a_sine_are_sure() -> None:
+    t = np.arange(400.0)
+    assert kinematics(t, np.sin(2 * np.pi * t / 25), 0.0).sigma_turn.max() < 1e-9
+
+
+def test_corners_between_the_samples_are_no_physics(tmp_path: Path) -> None:
+    """Friction remembers where the path turned, and no record of samples says that of a sharp corner."""
+    z = triangle(33.3, 700, 0.4, 0.1)
+    v = np.gradient(z, 1 / FINE)
+    verdict = judged(tmp_path, z, z + friction(z, 8.0) + 0.2 * v, 0.0, 3e-3)
+    assert verdict.adequate, verdict.summary
+
+
+def test_a_speed_that_is_in_error_is_no_other_law(tmp_path: Path) -> None:
+    """Where samples of one speed show many, any law that levels them off fits better than the right one."""
+    z = triangle(25.3, 700, 0.4, 0.1)
+    v = np.gradient(z, 1 / FINE)
+    verdict = judged(tmp_path, z, 0.1 * z + 0.2 * friction(z, 5.0) + 20 * v, 1.5e-4, 1e-3)
+    assert verdict.adequate, verdict.summary
+
+
+def test_what_is_left_out_is_seen_beside_such_errors(tmp_path: Path) -> None:
+    z = triangle(33.3, 700, 0.4, 0.1)
+    v = np.gradient(z, 1 / FINE)
+    verdict = judged(tmp_path, z, z + friction(z, 8.0) + 0.2 * v + 0.1 * z**3, 3e-4, 3e-3)
+    assert verdict.effects[0].id == "cubic_stiffness", verdict.summary
