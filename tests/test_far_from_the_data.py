@@ -56,7 +56,7 @@ def test_what_wanders_with_time_needs_a_motion_that_returns(
     case, model = case_of(tmp_path, z, z, 0.02), load("modified_dahl")
     scales = record_scales(model, [make_series(model, case, r) for r in case.fit])
     sizes = {p.equation: np.ones(1) for p in model.ports}
-    found = [a.effect.says for a in additions(model, CATALOGUE, scales, sizes)]
+    found = [a.effect.says for a in additions(model, CATALOGUE, scales, sizes, {})]
     assert any("zero point of the force wanders" in s for s in found) == offered
     assert any("zero point of the force drifts" in s for s in found)
 

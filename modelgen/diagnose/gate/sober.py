@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from modelgen.diagnose.hypotheses.evidence import effective
-from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
 from modelgen.diagnose.noise.recolour import gross, recolour
 from modelgen.diagnose.noise.replica import on
@@ -24,6 +24,8 @@ from modelgen.diagnose.search.swap import parts
 from modelgen.fit.path import likeliest
 from modelgen.fit.series import Series
 
+DOUBTFUL = 2.0
+"""Times the noise that a base may leave which is right: how large errors of a path are is known roughly."""
 SLIGHT = 0.02
 """Share of the variance, in the mean, up to which errors of the path are left aside."""
 FIRST = 6
@@ -39,6 +41,8 @@ def sober(setting: Setting, outcome: Outcome) -> tuple[Setting, Outcome] | None:
     enough under the errors of that path; None where claims stand, or those errors are slight or explain
     nothing."""
     if not setting.model.is_time_model or outcome.judge.temper > 1.0:
+        return None
+    if any(np.mean(e**2) > DOUBTFUL**2 for e in plain_white(outcome.base)):
         return None
     base, less = outcome.base, setting
     for _ in range(ROUNDS):
