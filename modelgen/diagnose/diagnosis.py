@@ -9,12 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
+from modelgen.diagnose.base import fit_base
 from modelgen.diagnose.conclude import conclude
 from modelgen.diagnose.gate.hum import hum
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.mirrored import mirrored
 from modelgen.diagnose.gate.oddities import mains, saturation
-from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, additions, make_hypotheses
+from modelgen.diagnose.hypotheses.hypothesis import additions, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
 from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, record_scales
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
@@ -27,10 +28,8 @@ from modelgen.diagnose.own_effects import check_effects, unknown_kinds
 from modelgen.diagnose.search.search import search, white_judge
 from modelgen.diagnose.verdict import Verdict
 from modelgen.effects import Effect
-from modelgen.fit import PSO
 from modelgen.fit.experiment import experiment
 from modelgen.fit.motion import allowing, motion_error
-from modelgen.fit.problem import Problem
 from modelgen.fit.scatter import local_scatter, rounding, stands
 from modelgen.fit.series import Array, Series, make_series
 from modelgen.language import Model, previous
@@ -118,12 +117,12 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
     if not base:
         experiment(model, case, series).problem()  # says in one line what is wrong
     judge = white_judge(series)
-    fit, others = _fit_base(base[0], judge, seed)
+    fit, others = fit_base(base[0], judge, seed)
     spread = two_parts(series, plain_white(fit))
     if any(a is not b for a, b in zip(series, spread, strict=True)):
         series, base = spread, make_hypotheses(model, case, spread, [()])
         judge = white_judge(series)
-        fit, others = _fit_base(base[0], judge, seed)
+        fit, others = fit_base(base[0], judge, seed)
     if model.is_time_model:
         e = fit.hypothesis.experiment
         errors = [motion_error(e, case, r, fit.theta, k) for k, r in enumerate(case.fit)]
@@ -166,83 +165,6 @@ def _oddity(
     if found is None:
         found, more = hum(f, white, port)
     return found, tuple(a | b for a, b in zip(marks, more, strict=True))
-
-
-def _fit_base(h: Hypothesis, judge: Judge, seed: int) -> tuple[Fit, tuple[Array, ...]]:
-    """The base from many starts, those of swarms among them where samples are independent; and its other
-    optima.
-
-    First as if all errors were independent, then under the judge: a smooth error in the covariance hides
-    where a far start is wrong, and a search gets lost. A base that lacks an effect may be bent so far that
-    another optimum is the one near the truth.
-    """
-    plain = Judge(tuple(replace(w, root=None, ar=None) for w in judge.whiteners), judge.prior)
-    starts = base_starts(h, seed, 12)
-    fits = [plain.fit(h, [start], iterations=150) for start in starts]
-    if any(s.measure != "real" for s in h.experiment.series):
-        fits += _swarmed(h, plain, fits, starts[0], seed)
-    ends = [judge.fit(h, [f.theta], iterations=150) for f in _distinct(fits)]
-    first = _best(ends)
-    return first, tuple(f.theta for f in _distinct(ends) if f is not first)[:2]
-
-
-COMPARABLE = 10.0
-"""Optima with so many times the χ² of the best are looked into further."""
-
-
-def _distinct(fits: Sequence[Fit]) -> list[Fit]:
-    """The best, and what is not much worse and elsewhere: another optimum or, in a sweep that leaves some
-    parameters open, another place of a valley, as what an effect does may differ along it."""
-    found: list[Fit] = []
-    for f in sorted((f for f in fits if np.isfinite(f.bic)), key=lambda f: f.chi2):
-        worse = not found or (1 + 1e-3) * found[-1].chi2 + 1.0 < f.chi2
-        if (worse or _apart(f, found)) and (not found or f.chi2 < COMPARABLE * found[0].chi2):
-            found.append(f)
-    return found or list(fits[:1])
-
-
-VALLEY = 0.3
-"""Relative difference of a parameter by which two places of a valley are apart."""
-
-
-def _apart(fit: Fit, others: Sequence[Fit]) -> bool:
-    """Whether a sweep's fit lies elsewhere than each of `others`."""
-    if fit.hypothesis.experiment.model.is_time_model:
-        return False
-    return all(np.any(np.abs(fit.theta - f.theta) > VALLEY * np.abs(f.theta)) for f in others)
-
-
-SWARMS = (1e5, 1e4, 1e3, 30.0, 1e5, 1e4, 1e3, 30.0)
-"""Swarms search within these factors of the start: in thirteen decades no narrow resonance is found."""
-SAME = 3
-"""An optimum that this many swarms reach, and none beats, is taken for the best there is."""
-
-
-def _swarmed(h: Hypothesis, plain: Judge, fits: Sequence[Fit], centre: Array, seed: int) -> list[Fit]:
-    """Fits from where swarms about `centre` end, for impedances: their narrow resonances are islands to a
-    local search."""
-    problem = h.experiment.problem(centre, plain.whiteners)
-    found: list[Fit] = []
-    for k, reach in enumerate(SWARMS):
-        end = PSO(particles=100, iterations=300).run(_boxed(problem, reach), seed=seed + k)
-        found.append(plain.fit(h, [np.asarray(end.theta)], iterations=150))
-        least = min(_best(found).chi2, _best(fits).chi2)
-        if sum(f.chi2 <= least * (1 + 1e-4) + 1e-6 for f in found) >= SAME:
-            break
-    return found
-
-
-def _best(fits: Sequence[Fit]) -> Fit:
-    return min(fits, key=lambda f: f.chi2 if np.isfinite(f.bic) else np.inf)
-
-
-def _boxed(p: Problem, reach: float) -> Problem:
-    """The problem in a box of `reach` times the start up and down; on both sides of 0 where bounds allow."""
-    size = np.where(p.start != 0, np.abs(p.start), 1.0)
-    signed = p.lower < 0
-    low = np.where(signed, -min(reach, 30.0) * size, size / reach)
-    high = np.where(signed, min(reach, 30.0) * size, size * reach)
-    return replace(p, lower=np.maximum(p.lower, np.minimum(low, p.start)), upper=np.minimum(p.upper, high))
 
 
 NEAR = 0.1
