@@ -169,3 +169,16 @@ def test_a_claim_needs_more_than_a_few_frequencies(width: float, narrow: bool) -
     # where the model has as sharp a resonance, that has moved
     peak = [e + 30.0 for e in still]
     assert lone(f, [e + line for e in noise], noise, peak, "mechanical") is None
+
+
+def test_gross_errors_anywhere_are_no_mains() -> None:
+    """Four on lines of 60 Hz, two of them on the same: told, unless seven more lie elsewhere."""
+    rng = np.random.default_rng(3)
+    f = [np.geomspace(100, 350, n) for n in (401, 301)]
+    white = [rng.standard_normal((2, len(x))) for x in f]
+    for k, at in ((0, 179.2), (0, 180.5), (0, 300.0), (1, 300.0)):
+        white[k][:, np.argmin(np.abs(f[k] - at))] += 25.0
+    assert mains(f, white, "electrical")[0] is not None
+    for k, at in ((0, 105), (0, 124), (0, 131), (0, 337), (1, 122), (1, 243), (1, 349)):
+        white[k][:, np.argmin(np.abs(f[k] - at))] += 25.0
+    assert mains(f, white, "electrical")[0] is None

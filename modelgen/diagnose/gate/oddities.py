@@ -90,12 +90,14 @@ def mains(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftov
     """A line at a multiple of 50 or 60 Hz that sweeps have in common, or several in one; and its samples.
 
     f: (n,) frequencies of each sweep; white: (channels, n) whitened residuals. Single outliers fall on a
-    harmonic now and then, HITS of them, two on the same one, hardly ever.
+    harmonic now and then, HITS of them, two on the same one, hardly ever; of many that lie anywhere, some do.
     """
     for base in MAINS:
         found = [_on_lines(x, np.sum(e**2, axis=0), base) for x, e in zip(f, white, strict=True)]
         hits: Array = np.array([[n in lines for n in ORDERS] for lines in found])
         if hits.sum() < HITS or (len(f) > 1 and hits.sum(axis=0).max() < 2):
+            continue
+        if _chance(f, white, base) > ALIKE:
             continue
         marks = [
             np.asarray(sum(lines.values(), np.zeros(len(x), dtype=bool)), dtype=bool)
@@ -137,8 +139,7 @@ def lone(
 def _on_lines(f: Array, power: Array, base: float) -> dict[int, Array]:
     """Orders of `base` on which a sweep is loud, and quiet beside; with the samples that each spoils, (n,)
     bool."""
-    quiet = float(np.median(power)) / 1.39 or 1.0  # the median of a χ² of two degrees is 1.39
-    p = power / quiet
+    p = _over_quiet(power)
     found = {}
     for n in ORDERS:
         away = np.abs(f - n * base)
@@ -147,4 +148,32 @@ def _on_lines(f: Array, power: Array, base: float) -> dict[int, Array]:
         loud = np.max(p[nearest]) > LOUD and away[nearest[0]] < base / 8
         if loud and not (beside.any() and np.median(p[beside]) > 4):
             found[n] = away < max(base / 8, 1.01 * away[nearest[0]])
+    return found
+
+
+def _over_quiet(power: Array) -> Array:
+    """Power of samples over that of most; the median of a χ² of two degrees is 1.39."""
+    return power / (float(np.median(power)) / 1.39 or 1.0)
+
+
+ALIKE = 1e-4
+"""Probability by chance above which loud samples on the lines are like the other loud ones."""
+
+
+def _chance(f: Sequence[Array], white: Sequence[Array], base: float) -> float:
+    """How likely so many of the loud samples are on lines of `base` if they may lie anywhere."""
+    from scipy.stats import binom
+
+    loud = np.concatenate([_over_quiet(np.sum(e**2, axis=0)) > LOUD for e in white])
+    lines = np.concatenate([_beside_lines(x, base) for x in f])
+    return float(binom.sf(np.sum(loud & lines) - 1, np.sum(loud), np.mean(lines)))
+
+
+def _beside_lines(f: Array, base: float) -> Array:
+    """(n,) bool: the samples nearest to a line."""
+    found = np.zeros(len(f), dtype=bool)
+    for n in ORDERS:
+        nearest = np.argsort(np.abs(f - n * base))[:3]
+        if np.abs(f[nearest[0]] - n * base) < base / 8:
+            found[nearest] = True
     return found
