@@ -278,6 +278,10 @@ MODELS = {
     SPRING.replace('("Z",))', '("Z",), ports=(Port("a", "terminals", "z"),))'): (
         "port 'a' of kind 'terminals': 'z' is no equation, did you mean 'Z'"
     ),
+    SPRING.replace(
+        '("Z",))',
+        '("Z",), ports=(Port("a", "terminals", "Z", (("omega", __import__("sympy").Symbol("r")),)),))',
+    ): ("port 'a': variable 'omega' is 'r', which the model does not have, did you mean 'R'"),
     SPRING.replace("coil =", "cool ="): "has no 'coil', did you mean 'cool'",
     SPRING + "raise ValueError('no')\n": "line 7: ValueError: no",
     SPRING + "import no_such_module\n": "line 7: ModuleNotFoundError",

@@ -57,6 +57,12 @@ def _check_names(model: Model) -> None:
                 f"model '{model.id}', port '{port.name}' of kind '{port.kind}': '{port.equation}' is no "
                 f"equation{did_you_mean(port.equation, names)}"
             )
+        for key, x in port.variables:
+            for name in sorted(_names(sp.sympify(x)) - seen):
+                raise InputError(
+                    f"model '{model.id}', port '{port.name}': variable '{key}' is '{name}', which the model "
+                    f"does not have{did_you_mean(name, seen)}"
+                )
 
 
 def _expressions(s: Any) -> list[Any]:
