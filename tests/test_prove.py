@@ -278,7 +278,8 @@ def test_a_file_that_the_diagnosis_should_not_read_is_noticed(tmp_path):
 
 def trace(t, z, white, holdout=False):
     inputs = {"t": t, "z": z}
-    return Record(holdout, np.atleast_2d(white), inputs, z, z, z)
+    white = np.atleast_2d(white)
+    return Record(holdout, white, inputs, z, z, z, white, white, white)
 
 
 def test_simpler_methods_find_what_they_can_and_nothing_in_noise():
@@ -307,25 +308,30 @@ def test_the_true_law_is_as_good_as_can_be(domain, tmp_path):
         if e["role"] == "holdout":
             x = np.loadtxt(tmp_path / f"rec_{i + 1}.csv", delimiter=",", skiprows=1).T
             data = x[1] + 1j * x[2] if domain == "impedance" else x[2] if domain == "force" else x[1]
-            truth = np.atleast_2d(clean[i])[0]
-            size = np.abs(truth) if domain == "impedance" else np.ones(len(data))
-            off = data - 1.02 * truth
-            white = np.array([off.real, off.imag]) / size if domain == "impedance" else off[None]
+            truth = rows(clean[i])
+            size = np.abs(data) if domain == "impedance" else np.ones(x.shape[1])
+            channels = rows(data) if domain == "impedance" else x[2:3] if domain == "force" else x[1:3]
+            left = truth - channels
             inputs = {"f": x[0]}
             if domain == "force":  # the law is evaluated on the motion as it was
                 inputs = dict(zip("zv", map(scene.motions[i].recorded, scene.motions[i].zva), strict=False))
-            held.append(Record(True, white, inputs, data, 1.02 * truth, truth))
-    truth_rest = oracle.of_truth(secret, held)
-    ratio = oracle.over(truth_rest, oracle.after(held))
-    assert ratio == pytest.approx(1.0, abs=1e-6)
-    assert oracle.over(truth_rest, [r.white for r in held]) > 2
+            far = (1.02 * truth - channels) / size
+            held.append(Record(True, far, inputs, data, data, data, channels, left, left / size))
+    reference = oracle.of_truth(secret, held)
+    assert reference.ratio([r.left for r in held]) == pytest.approx(1.0, abs=1e-6)
+    assert reference.ratio([oracle.in_units(r, r.white) for r in held]) > 2
+
+
+def rows(x):
+    return np.array([x.real, x.imag]) if np.iscomplexobj(x) else np.atleast_2d(x)
 
 
 def test_records_are_read_as_written(tmp_path):
     f, Z = np.arange(3.0), np.array([1 + 1j, 2, 3])
     white = np.ones((2, 3))
     wrote = SimpleNamespace(role="holdout", white_before=white, outliers=np.array([False, True, False]),
-                            data=Z, before=Z + 1, after=Z, inputs={"f": f})  # fmt: skip
+                            data=Z, before=Z + 1, after=Z, channels=rows(Z), left=0 * rows(Z),
+                            white_after=0 * white, inputs={"f": f})  # fmt: skip
     write_records(tmp_path / "r.npz", [wrote])
     (read,) = records(tmp_path / "r.npz")
     assert read.holdout and np.isnan(read.white[:, 1]).all() and read.white[0, 0] == 1
@@ -337,7 +343,8 @@ def test_a_picture_keeps_the_spike_and_leaves_out_the_outlier(tmp_path):
     off = np.where(t == 777, 9.0, 0.5) * 1e-3
     outliers = t == 1500
     wrote = SimpleNamespace(role="fit", white_before=off[None] / 1e-3, outliers=outliers, data=np.sin(t),
-                            before=np.sin(t) + off, after=np.sin(t), inputs={"t": t})  # fmt: skip
+                            before=np.sin(t) + off, after=np.sin(t), channels=np.sin(t)[None],
+                            left=0 * off[None], white_after=0 * off[None], inputs={"t": t})  # fmt: skip
     write_records(tmp_path / "residuals.npz", [wrote])
     shown = gallery.glance(tmp_path)
     assert len(shown["x"]) == gallery.POINTS

@@ -14,7 +14,8 @@ class Trace:
     """One recording against the model, for plots.
 
     x: (n,) samples of the axis. data, before, after: (n,) complex or real; the first channel where there are
-    several. white_before, white_after: (channels, n) whitened residuals (unit noise). outliers: (n,) bool.
+    several. channels, left: (channels, n) all data as real numbers, and what the model after leaves of them.
+    white_before, white_after: (channels, n) whitened residuals (unit noise). outliers: (n,) bool.
     units: of the inputs.
     """
 
@@ -28,6 +29,8 @@ class Trace:
     data: Array
     before: Array
     after: Array
+    channels: Array
+    left: Array
     white_before: Array
     white_after: Array
     outliers: Array
@@ -44,6 +47,6 @@ def make_trace(model: Model, s: Series, before: Array, after: Array, outliers: A
 
     return Trace(
         s.name, s.role, axis.name, axis.unit, s.unit, s.measure, s.inputs[axis.name],
-        joined(s.data), joined(s.data + before), joined(s.data + after), w.apply(before), w.apply(after),
-        outliers, s.inputs, {i.name: i.unit for i in model.inputs},
+        joined(s.data), joined(s.data + before), joined(s.data + after), s.data, after,
+        w.apply(before), w.apply(after), outliers, s.inputs, {i.name: i.unit for i in model.inputs},
     )  # fmt: skip

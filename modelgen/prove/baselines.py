@@ -19,7 +19,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from modelgen.prove import dictionary, discrepancy
-from modelgen.prove.oracle import after, of_truth, over
+from modelgen.prove.oracle import in_units, of_truth
 from modelgen.prove.records import Record, records
 from modelgen.prove.worker import RESIDUALS
 from modelgen.truths import Secret
@@ -44,9 +44,12 @@ def rivals(secret: Secret, verdict: Mapping[str, Any], folder: Path) -> dict[str
     }
     if dictionary.available():
         found["sindy"] = dictionary.explain(fit, held, verdict.get("parameters_before") or {})
-    ours = {"before": over(truth, [r.white for r in held]), "holdout": over(truth, after(held))}
-    marked = {name: _marked(secret, m, over(truth, m["rest"])) for name, m in found.items()}
-    return {"diagnosis": ours} | marked
+    rests = {name: m["rest"] for name, m in found.items()} | {"before": [r.white for r in held]}
+    units = {n: [in_units(r, x) for r, x in zip(held, rest, strict=False)] for n, rest in rests.items()}
+    units["diagnosis"] = [r.left for r in held]
+    over = {n: truth.ratio(rest) if truth and rest else None for n, rest in units.items()}
+    ours = {"before": over["before"], "holdout": over["diagnosis"]}
+    return {"diagnosis": ours} | {name: _marked(secret, m, over[name]) for name, m in found.items()}
 
 
 def ranking(verdict: Mapping[str, Any], fit: list[Record]) -> Marks:

@@ -17,11 +17,16 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
+CURVES = ("data", "before", "after", "channels", "left", "white_after")
+"""What is kept of a verdict's trace under its own name."""
+
 
 @dataclass(frozen=True, eq=False)
 class Record:
     """One recording: `white` (channels, n) residual over the noise, NaN at outliers; `inputs` name -> (n,);
-    `data` (n,) as recorded, `before` and `after` as the base and the diagnosis' model have it."""
+    `data` (n,) as recorded, `before` and `after` as the base and the diagnosis' model have it, the first
+    channel where there are several; `channels` (channels, n) all data, `left` the residual after [their
+    units], `white_after` the same over the noise."""
 
     holdout: bool
     white: Array
@@ -29,6 +34,9 @@ class Record:
     data: npt.NDArray[Any]
     before: npt.NDArray[Any]
     after: npt.NDArray[Any]
+    channels: Array
+    left: Array
+    white_after: Array
 
 
 def write_records(path: Path, traces: Sequence[Trace]) -> None:
@@ -37,7 +45,7 @@ def write_records(path: Path, traces: Sequence[Trace]) -> None:
     for k, t in enumerate(traces):
         found[f"{k}:holdout"] = np.array(t.role == "holdout")
         found[f"{k}:white"] = np.where(t.outliers, np.nan, t.white_before)
-        found |= {f"{k}:data": t.data, f"{k}:before": t.before, f"{k}:after": t.after}
+        found |= {f"{k}:{name}": getattr(t, name) for name in CURVES}
         found |= {f"{k}:input:{name}": x for name, x in t.inputs.items()}
     np.savez(path, **found)  # type: ignore[arg-type]
 
@@ -50,6 +58,6 @@ def records(path: Path) -> list[Record]:
     for k in range(sum(name.endswith(":white") for name in parts)):
         start = f"{k}:input:"
         inputs = {n.removeprefix(start): x for n, x in parts.items() if n.startswith(start)}
-        curves = (parts[f"{k}:{name}"] for name in ("data", "before", "after"))
+        curves = (parts[f"{k}:{name}"] for name in CURVES)
         found.append(Record(bool(parts[f"{k}:holdout"]), parts[f"{k}:white"], inputs, *curves))
     return found

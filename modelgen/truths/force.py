@@ -57,6 +57,9 @@ class ForceScene:
     def refit(self, y: Responses, extra: Sequence[Responses] = ()) -> Refit:
         return self.columns.refit(y, extra)
 
+    def white(self, i: int, e: Array, data: Array) -> Array:
+        return np.array([self.columns.white(x) for x in e])
+
     def _force(self, m: Motion, e: Strength) -> Array:
         """Force [N] on the fine grid of one motion, as its channel shows it."""
         z, v, a = m.zva

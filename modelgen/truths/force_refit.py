@@ -46,9 +46,12 @@ class Columns:
         index = np.union1d(sampled, turns[turns > sampled[0]])
         return m.path[index], np.searchsorted(index, sampled)
 
+    def white(self, x: Array) -> Array:
+        """Residual forces [N] of one record, over the noise and without its colour."""
+        return np.asarray(lfilter([1.0, -self.rho_ar], [1.0], x)) / self.sigma
+
     def _white(self, parts: Sequence[Array]) -> Array:
-        ar = [1.0, -self.rho_ar]
-        return np.concatenate([lfilter(ar, [1.0], x) for x in parts]) / self.sigma
+        return np.concatenate([self.white(x) for x in parts])
 
     def _only(self, i: int, x: Array) -> Array:
         return self._white([x if j == i else np.zeros(len(k)) for j, (_, k) in enumerate(self.paths)])

@@ -27,7 +27,7 @@ from .impedance import (
     suspension,
     viscoelastic,
 )
-from .noise import sweep_whitener
+from .noise import sweep_whitener, white_sweep
 from .solve import Refit, Responses, Strength, refit_sweep
 
 MU0 = 4e-7 * np.pi
@@ -45,6 +45,7 @@ class GmmScene:
         w0 = np.sqrt((base["A"] / (base["l"] * base["S33_re"]) + base["K_spr"]) / base["M_t"])
         top = 2 * np.pi * max(f.max() for f in self.f[: len(drawn)])
         self.scale = Scale(base["M_t"], float(w0), top)
+        self.levels = levels
         self.whiten = sweep_whitener([self.f[i] for i in self.fit], levels)
         self.flux = [flux(f / base["f_c"]) for f in self.f]
 
@@ -56,6 +57,9 @@ class GmmScene:
             return [self._sweep(p, i, {}) for i in self.fit]
 
         return refit_sweep(base, self.base, self.free, self.whiten, y, extra)
+
+    def white(self, i: int, e: Array, data: Array) -> Array:
+        return white_sweep(self.f[i], self.levels, e, data)
 
     def _sweep(self, p: Base, i: int, strength: Strength) -> Complex:
         f = self.f[i]

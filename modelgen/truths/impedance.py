@@ -15,7 +15,7 @@ import numpy as np
 from . import elements as el
 from .elements import Array, Complex
 from .further import entries
-from .noise import sweep_whitener
+from .noise import sweep_whitener, white_sweep
 from .solve import Refit, Responses, Strength, refit_sweep
 
 Base = Mapping[str, float]
@@ -41,6 +41,7 @@ class ImpedanceScene:
         self.fit = [i for i, s in enumerate(drawn) if s["role"] == "fit"]
         w0 = float(np.sqrt(base["K_m"] / base["M_m"]))
         self.scale = Scale(base["M_m"], w0, 2 * np.pi * max(f.max() for f in self.f[: len(drawn)]))
+        self.levels = levels
         self.whiten = sweep_whitener([self.f[i] for i in self.fit], levels)
 
     def simulate(self, strength: Strength) -> Responses:
@@ -51,6 +52,9 @@ class ImpedanceScene:
             return [self._sweep(p, i, {}) for i in self.fit]
 
         return refit_sweep(base, self.base, self.free, self.whiten, y, extra)
+
+    def white(self, i: int, e: Array, data: Array) -> Array:
+        return white_sweep(self.f[i], self.levels, e, data)
 
     def _sweep(self, p: Base, i: int, strength: Strength) -> Complex:
         known, f = self.sweeps[i]["known"], self.f[i]

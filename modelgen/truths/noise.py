@@ -91,6 +91,13 @@ def sweep_whitener(frequencies: Sequence[Array], levels: Levels) -> Whitener:
     return whiten
 
 
+def white_sweep(f: Array, levels: Levels, e: Array, data: Array) -> Array:
+    """A residual e of one recorded sweep, both (2, n): Re and Im [ohm], over the sweep's noise and without
+    the correlation that a smooth error of the instrument has."""
+    Z = data[0] + 1j * data[1]
+    return sweep_whitener([f], levels)([Z], [Z - (e[0] + 1j * e[1])]).reshape(2, -1)
+
+
 def calibration(
     rng: np.random.Generator, frequencies: Sequence[Array], drawn: int, levels: Levels
 ) -> list[npt.NDArray[Any]]:

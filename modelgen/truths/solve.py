@@ -15,6 +15,7 @@ from .secret import NotDetectable
 Responses = list[
     npt.NDArray[Any]
 ]  # one array a recording: complex Z (n,), force (n,), or k_s and angle (2, n)
+Floats = npt.NDArray[np.float64]
 Strength = Mapping[str, Mapping[str, Any]]
 Whitener = Callable[[Responses, Responses], npt.NDArray[np.float64]]
 
@@ -55,6 +56,10 @@ class Scene(Protocol):
 
     def refit(self, y: Responses, extra: Sequence[Responses] = ()) -> Refit:
         """The base model nearest to y over the fit recordings, plus multiples of the `extra` responses."""
+
+    def white(self, i: int, e: Floats, data: Floats) -> Floats:
+        """A residual e of recording i with its data, both (channels, n) in the channels' units (Re and Im of
+        a complex one): over its noise, and without what one sample's noise tells of the next's."""
 
 
 def refit_sweep(

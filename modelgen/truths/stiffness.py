@@ -75,12 +75,12 @@ class StiffnessScene:
         return refit_sweep(base, self.base, self.free, self._whiten, y, extra)
 
     def _whiten(self, y: Responses, base: Responses) -> Array:
-        n, rho = len(self.fit), self.rho_ar
-        e = [(a - b) / self.sigma for a, b in zip(y[:n], base[:n], strict=True)]
-        if rho:
-            root = np.sqrt(1 - rho**2)
-            e = [np.hstack([x[:, :1], (x[:, 1:] - rho * x[:, :-1]) / root]) for x in e]
-        return np.concatenate([x.ravel() for x in e])
+        pairs = zip(self.fit, y, base, strict=False)
+        return np.concatenate([self.white(i, a - b, a).ravel() for i, a, b in pairs])
+
+    def white(self, i: int, e: Array, data: Array) -> Array:
+        x, rho = e / self.sigma, self.rho_ar
+        return np.hstack([x[:, :1], (x[:, 1:] - rho * x[:, :-1]) / np.sqrt(1 - rho**2)])
 
     def _sweep(self, p: Mapping[str, float], i: int, e: Strength) -> Array:
         A = float(self.sweeps[i]["known"]["A_z"])
