@@ -21,7 +21,7 @@ from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, recor
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.between import smoothly_driven
 from modelgen.diagnose.noise.floor import slanted, two_parts
-from modelgen.diagnose.noise.noise import masked, outliers_of
+from modelgen.diagnose.noise.noise import laid_open, marked, masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.diagnose.noise.thin import thin
 from modelgen.diagnose.own_effects import check_effects, unknown_kinds
@@ -81,8 +81,7 @@ def diagnose(
     ground = replace(ground, notes=(*notes, *seen, *ground.notes))
     if progress:
         progress(0.15, "base fitted")
-    setting = set_up(model, case, ground, catalogue)
-    outcome = search(setting, ground.base, ground.judge, progress)
+    ground, setting, outcome = _searched(model, case, ground, catalogue, seed, progress)
     if progress:
         progress(0.9, "deciding")
     return conclude(setting, ground.notes, ground.marks, ground.oddity, outcome, out, begun)
@@ -109,9 +108,12 @@ def _prepared(model: Model, case: Case, seed: int) -> tuple[Case, Ground]:
 SMOOTH = "inputs ran smoothly between their samples: with straight lines the base fits far worse"
 
 
-def prepare(model: Model, case: Case, seed: int) -> Ground:
+def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> Ground:
     """Fit the base, find out how the noise goes with what is measured, take out outliers, set noise levels
-    that were not stated from neighbours' scatter, fit again."""
+    that were not stated from neighbours' scatter, fit again.
+
+    seen: outliers of each recording, (n,) bool, which the base would hide.
+    """
     series = tuple(make_series(model, case, r) for r in case.fit)
     base = make_hypotheses(model, case, series, [()])
     if not base:
@@ -129,7 +131,7 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
         series = tuple(map(allowing, _levelled(series, fit), errors))
     ex = replace(fit.hypothesis.experiment, series=series)
     white = [s.whitener.apply(ex.raw(fit.theta, k)) for k, s in enumerate(series)]
-    marks = tuple(outliers_of(ex, fit.theta, k) for k in range(len(series)))
+    marks = tuple(seen) or tuple(outliers_of(ex, fit.theta, k) for k in range(len(series)))
     oddity, marks = _oddity(model, series, white, marks)
     if model.is_time_model:
         series = masked(series, marks)
@@ -141,12 +143,7 @@ def prepare(model: Model, case: Case, seed: int) -> Ground:
     base = make_hypotheses(model, case, series, [()])
     judge = white_judge(series)
     fit = judge.fit(base[0], [fit.theta, *base_starts(base[0], seed, 4)])
-    notes = tuple(
-        f"{int(m.sum())} outliers in '{s.name}' are marked and weigh nothing"
-        for s, m in zip(series, marks, strict=True)
-        if m.any()
-    )
-    return Ground(series, fit, judge, marks, notes, oddity, others)
+    return Ground(series, fit, judge, marks, marked(series, marks), oddity, others)
 
 
 def _oddity(
@@ -220,6 +217,27 @@ def set_up(model: Model, case: Case, ground: Ground, catalogue: Sequence[Effect]
     return Setting(model, case, ground.series, tuple(found), ground.others)
 
 
+def _searched(
+    model: Model,
+    case: Case,
+    ground: Ground,
+    catalogue: Sequence[Effect],
+    seed: int,
+    progress: Progress = None,
+) -> tuple[Ground, Setting, Outcome]:
+    """The search; and once more, where what it found lays outliers open that the base's misfit had hidden."""
+    setting = set_up(model, case, ground, catalogue)
+    outcome = search(setting, ground.base, ground.judge, progress)
+    seen = laid_open(outcome.best, ground.marks)
+    if seen is None:
+        return ground, setting, outcome
+    notes = tuple(n for n in ground.notes if n not in marked(ground.series, ground.marks))
+    again = prepare(model, case, seed, seen)
+    ground = replace(again, notes=(*notes, *again.notes))
+    setting = set_up(model, case, ground, catalogue)
+    return ground, setting, search(setting, ground.base, ground.judge, progress)
+
+
 def _port_values(model: Model, fit: Fit, k: int) -> dict[str, Array]:
     """Every equation of the base at its fit, in recording k (thinned to at most 400 samples)."""
     from modelgen.codegen import build
@@ -244,5 +262,5 @@ def outcome_of(
     model = in_order(model)
     case, _ = thin(model, case)
     case, ground = _prepared(model, case, seed)
-    setting = set_up(model, case, ground, catalogue)
-    return setting, search(setting, ground.base, ground.judge)
+    _, setting, outcome = _searched(model, case, ground, catalogue, seed)
+    return setting, outcome

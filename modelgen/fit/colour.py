@@ -27,6 +27,8 @@ SLOW = (0.25, 0.5, 0.75)
 """Powers of 1/f that slow noise falls with in amplitude."""
 MEMORY = 64
 """Samples that its filter looks back, at a third of a record or less."""
+ALIKE = (0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.995)
+"""Correlations of neighbours among which the likelihood chooses where all recordings have the same."""
 CLEAN = 8
 """Power of a row's smallest share by which it counts in an AR's estimate: what is half other noise,
 hardly."""
@@ -102,13 +104,34 @@ def coloured(
     """Whiteners with the colour of the residuals `white` (which they left), one filter a recording.
 
     Whichever of the two kinds of noise is the likelier; slow: or noise that falls with a power of the
-    frequency. All whiteners of a recording have the same determinant, so that sums of squares compare as
-    likelihoods.
+    frequency; else: or one of the first order, the same in all recordings (too short to tell for themselves).
+    All whiteners of a recording have the same determinant, so that sums of squares compare as likelihoods.
     """
-    return tuple(_coloured(w, x, most, slow) for w, x in zip(whiteners, white, strict=True))
+    own = [_coloured(w, x, most, slow) for w, x in zip(whiteners, white, strict=True)]
+    if slow or most < 1 or len(white) < 2:
+        return tuple(w for w, _ in own)
+    alike = min((_alike(whiteners, white, rho) for rho in ALIKE), key=lambda found: found[1])
+    return alike[0] if alike[1] < sum(price for _, price in own) else tuple(w for w, _ in own)
 
 
-def _coloured(w: Whitener, white: Array, most: int, slow: bool) -> Whitener:
+def _alike(
+    whiteners: Sequence[Whitener], white: Sequence[Array], rho: float
+) -> tuple[tuple[Whitener, ...], float]:
+    """Whiteners of x_t = rho x_{t−1} + independent noise in all recordings, and −2 ln of their likelihood with
+    one number's price."""
+    found, total, count = [], 0.0, 0
+    for w, x in zip(whiteners, white, strict=True):
+        used = np.ones(x.shape[1], dtype=bool) if w.share is None else w.share > 0
+        plain = replace(w, ar=None, undo=None, band=None, slow=False)
+        found.append(_banded(plain, x, np.array([1.0, -rho]), used.astype(float), used, None))
+        n = int(used.sum()) * len(x)
+        total += n * float(np.log(np.sum(found[-1].colour(x) ** 2)))
+        count += n
+    return tuple(found), total + float(np.log(count))
+
+
+def _coloured(w: Whitener, white: Array, most: int, slow: bool) -> tuple[Whitener, float]:
+    """The likeliest whitener of one recording, and −2 ln of its likelihood with the price of its numbers."""
     share = np.ones(white.shape[1]) if w.share is None else w.share
     used = share > 0
     plain = replace(w, ar=None, undo=None, band=None, slow=False)
@@ -128,7 +151,8 @@ def _coloured(w: Whitener, white: Array, most: int, slow: bool) -> Whitener:
                 tried.append((_banded(early, white / undo, a, share, used, level * more), len(a) - 1))
     n = int(used.sum()) * len(white)
     price = [n * np.log(np.sum(v.colour(white) ** 2)) + p * np.log(n) for v, p in tried]
-    return tried[int(np.argmin(price))][0]
+    best = int(np.argmin(price))
+    return tried[best][0], float(price[best])
 
 
 def _falling(w: Whitener, x: Array, used: Array) -> Whitener:

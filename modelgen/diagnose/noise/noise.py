@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.scatter import rounding, stands
 from modelgen.fit.series import Array, Series
@@ -88,6 +89,32 @@ def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
         rounding(y) * float(np.median(w)) for y, w in zip(s.data, s.whitener.weight, strict=True) if stands(y)
     ]
     return outliers(white, least=max(steps, default=0.0))
+
+
+HIDDEN = 100.0
+"""Squares of newly found outliers, over the noise, that are worth a second search."""
+
+
+def laid_open(best: Fit, marks: Sequence[Array]) -> list[Array] | None:
+    """Outliers of each recording, (n,) bool, with those that only a law which fits lets one see; None where
+    there are none that matter."""
+    e = best.hypothesis.experiment
+    found, weight = [], 0.0
+    for k, (s, known) in enumerate(zip(e.series, marks, strict=True)):
+        new = outliers_of(e, best.theta, k) & ~known
+        white = replace(s.whitener, ar=None).apply(e.raw(best.theta, k))
+        weight += float(np.sum(white[:, new] ** 2))
+        found.append(known | new)
+    return found if weight > HIDDEN else None
+
+
+def marked(series: Sequence[Series], marks: Sequence[Array]) -> tuple[str, ...]:
+    """What is said of the outliers of each recording."""
+    return tuple(
+        f"{int(m.sum())} outliers in '{s.name}' are marked and weigh nothing"
+        for s, m in zip(series, marks, strict=True)
+        if m.any()
+    )
 
 
 def off_neighbours(x: Array) -> Array:

@@ -52,7 +52,7 @@ def _likeliest(s: Setting, judge: Judge, fits: Sequence[Fit]) -> Fit:
     """The best of `fits`. The colour that one of them has left may hide what another explains: where there is
     one, each of the first few is judged by its own."""
     first = sorted(fits, key=lambda f: f.bic)[:CONTENDERS]
-    if not s.model.is_time_model or all(w.ar is None or len(w.ar) < 2 for w in judge.whiteners):
+    if all(w.ar is None or len(w.ar) < 2 for w in judge.whiteners):
         return first[0]
     return min(first, key=lambda f: own_colour(s, judge, f))
 
