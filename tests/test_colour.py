@@ -55,3 +55,16 @@ def test_white_noise_and_a_short_memory_are_not_slow() -> None:
     for x, order in ((e, 0), (lfilter([1], [1, -0.6], e), 1)):
         (found,) = coloured([Whitener(np.ones((1, 2000)))], [x[None]], 12, slow=True)
         assert not found.slow and found.order == order
+
+
+def test_short_sweeps_tell_their_colour_together() -> None:
+    rng = np.random.default_rng(5)
+    for rho, alike in ((0.95, True), (0.0, False)):
+        rough = lfilter([1], [1, -rho], rng.standard_normal((3, 2, 430)))[..., 400:]
+        plain = [Whitener(np.ones((2, 30)))] * 3
+        found = coloured(plain, list(rough), 3)
+        filters = [None if w.ar is None else tuple(w.ar) for w in found]
+        assert len(set(filters)) == 1
+        assert (filters[0] is not None) == alike
+        if alike:
+            assert 0.85 < -filters[0][1] < 1.0

@@ -79,3 +79,22 @@ def test_a_short_sweep_may_have_five_gross_errors() -> None:
     white[0, at] += 40.0
     assert np.flatnonzero(outliers(white)).tolist() == at
     assert not outliers(np.tile(white, 4)).any()
+
+
+def test_gross_errors_that_the_missing_physics_hides_are_found_once_it_is_known(tmp_path: Path) -> None:
+    """A relaxing elastomer's swept stiffness with one wrong angle: the elastic model's misfit looks odder."""
+    rng, f = np.random.default_rng(0), np.geomspace(0.3, 15, 28)
+    s, text = 2j * np.pi * f, 'model = "complex_stiffness"\n'
+    for k, A in enumerate((0.4, 0.8)):
+        K = 0.5 + 0.006 * s + 0.8 * 0.01 * s / (1 + 0.01 * s)
+        angle = np.degrees(np.angle(K)) + 0.02 * rng.standard_normal(28)
+        angle[24] += 1.0 if k else 0.0
+        stiffness = np.abs(K) * (1 + 2e-4 * rng.standard_normal(28))
+        rows = "\n".join(f"{a},{b},{c}" for a, b, c in zip(f, stiffness, angle, strict=True))
+        (tmp_path / f"{k}.csv").write_text(f"f [Hz],k_s [N/mm],loss_angle [deg]\n{rows}\n")
+        text += f'[[recording]]\nfile = "{k}.csv"\nrole = "fit"\nconstants = {{ A_z = {A} }}\n'
+    (tmp_path / "case.toml").write_text(text)
+    verdict = diagnose(read_case(tmp_path / "case.toml"), load("complex_stiffness"))
+    assert [e.id for e in verdict.effects] == ["maxwell_branch"]
+    assert [np.flatnonzero(t.outliers).tolist() for t in verdict.traces] == [[], [24]]
+    assert [n for n in verdict.notes if "outliers" in n] == ["1 outliers in '1' are marked and weigh nothing"]

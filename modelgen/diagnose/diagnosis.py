@@ -42,6 +42,8 @@ class Ground:
     """What a diagnosis stands on: the base fitted to cleaned series."""
 
     series: tuple[Series, ...]
+    bare: tuple[Series, ...]
+    """The same with their outliers."""
     base: Fit
     judge: Judge
     marks: tuple[Array, ...]
@@ -133,17 +135,16 @@ def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> 
     white = [s.whitener.apply(ex.raw(fit.theta, k)) for k, s in enumerate(series)]
     marks = tuple(seen) or tuple(outliers_of(ex, fit.theta, k) for k in range(len(series)))
     oddity, marks = _oddity(model, series, white, marks)
-    if model.is_time_model:
-        series = masked(series, marks)
-    else:
-        series = masked(_levelled(_referred(series, fit), fit), marks)
+    bare = series if model.is_time_model else _levelled(_referred(series, fit), fit)
+    series = masked(bare, marks)
+    if not model.is_time_model:
         raw = [fit.hypothesis.experiment.raw(fit.theta, k) for k in range(len(series))]
         white = [s.whitener.apply(e) for s, e in zip(series, raw, strict=True)]
         series = slanted(series, [s.inputs[model.axis] for s in series], white)
     base = make_hypotheses(model, case, series, [()])
     judge = white_judge(series)
     fit = judge.fit(base[0], [fit.theta, *base_starts(base[0], seed, 4)])
-    return Ground(series, fit, judge, marks, marked(series, marks), oddity, others)
+    return Ground(series, bare, fit, judge, marks, marked(series, marks), oddity, others)
 
 
 def _oddity(
@@ -228,7 +229,7 @@ def _searched(
     """The search; and once more, where what it found lays outliers open that the base's misfit had hidden."""
     setting = set_up(model, case, ground, catalogue)
     outcome = search(setting, ground.base, ground.judge, progress)
-    seen = laid_open(outcome.best, ground.marks)
+    seen = laid_open(outcome.best, ground.bare, ground.marks)
     if seen is None:
         return ground, setting, outcome
     notes = tuple(n for n in ground.notes if n not in marked(ground.series, ground.marks))

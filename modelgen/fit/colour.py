@@ -117,8 +117,8 @@ def coloured(
 def _alike(
     whiteners: Sequence[Whitener], white: Sequence[Array], rho: float
 ) -> tuple[tuple[Whitener, ...], float]:
-    """Whiteners of x_t = rho x_{t−1} + independent noise in all recordings, and −2 ln of their likelihood with
-    one number's price."""
+    """Whiteners of x_t = rho x_{t−1} + independent noise in all recordings, and −2 ln of their likelihood
+    with one number's price."""
     found, total, count = [], 0.0, 0
     for w, x in zip(whiteners, white, strict=True):
         used = np.ones(x.shape[1], dtype=bool) if w.share is None else w.share > 0

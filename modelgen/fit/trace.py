@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from modelgen.fit.series import Array, Series, Whitener
 from modelgen.language import Model
 
@@ -14,9 +16,8 @@ class Trace:
     """One recording against the model, for plots.
 
     x: (n,) samples of the axis. data, before, after: (n,) complex or real; the first channel where there are
-    several. channels, left: (channels, n) all data as real numbers, and what the model after leaves of them.
-    white_before, white_after: (channels, n) whitened residuals (unit noise). outliers: (n,) bool.
-    units: of the inputs.
+    several. white_before, white_after: (channels, n) whitened residuals (unit noise). outliers: (n,) bool.
+    units: of the inputs. channels, left: (channels, n) all data as real numbers, and the residual after.
     """
 
     name: str
@@ -29,13 +30,13 @@ class Trace:
     data: Array
     before: Array
     after: Array
-    channels: Array
-    left: Array
     white_before: Array
     white_after: Array
     outliers: Array
     inputs: Mapping[str, Array] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
+    channels: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    left: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 def make_trace(model: Model, s: Series, before: Array, after: Array, outliers: Array, w: Whitener) -> Trace:
@@ -47,6 +48,6 @@ def make_trace(model: Model, s: Series, before: Array, after: Array, outliers: A
 
     return Trace(
         s.name, s.role, axis.name, axis.unit, s.unit, s.measure, s.inputs[axis.name],
-        joined(s.data), joined(s.data + before), joined(s.data + after), s.data, after,
-        w.apply(before), w.apply(after), outliers, s.inputs, {i.name: i.unit for i in model.inputs},
+        joined(s.data), joined(s.data + before), joined(s.data + after), w.apply(before), w.apply(after),
+        outliers, s.inputs, {i.name: i.unit for i in model.inputs}, s.data, after,
     )  # fmt: skip

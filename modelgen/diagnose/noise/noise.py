@@ -95,16 +95,18 @@ HIDDEN = 100.0
 """Squares of newly found outliers, over the noise, that are worth a second search."""
 
 
-def laid_open(best: Fit, marks: Sequence[Array]) -> list[Array] | None:
-    """Outliers of each recording, (n,) bool, with those that only a law which fits lets one see; None where
-    there are none that matter."""
-    e = best.hypothesis.experiment
+def laid_open(best: Fit, bare: Sequence[Series], marks: Sequence[Array]) -> list[Array] | None:
+    """Outliers of each recording, (n,) bool, as a law that fits shows them; None where none that matters is
+    new.
+
+    bare: the recordings with their outliers.
+    """
+    e = replace(best.hypothesis.experiment, series=tuple(bare))
     found, weight = [], 0.0
-    for k, (s, known) in enumerate(zip(e.series, marks, strict=True)):
-        new = outliers_of(e, best.theta, k) & ~known
-        white = replace(s.whitener, ar=None).apply(e.raw(best.theta, k))
-        weight += float(np.sum(white[:, new] ** 2))
-        found.append(known | new)
+    for k, (s, known) in enumerate(zip(bare, marks, strict=True)):
+        found.append(outliers_of(e, best.theta, k))
+        white = s.whitener.apply(e.raw(best.theta, k))
+        weight += float(np.sum(white[:, found[-1] & ~known] ** 2))
     return found if weight > HIDDEN else None
 
 
