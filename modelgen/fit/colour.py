@@ -61,7 +61,7 @@ def autoregression(white: Array, most: int, share: Array | None = None) -> Array
     if order == 0 or bic[0] - bic[order] < 10.0:
         return np.ones(1)
     a = np.linalg.solve(r[:order, :order], c[:order])
-    return _stable(np.concatenate([[1.0], -a]))
+    return _stable(np.concatenate([[1.0], -a]), n)
 
 
 def _rows(share: Array, most: int) -> Array:
@@ -70,10 +70,15 @@ def _rows(share: Array, most: int) -> Array:
     return np.asarray(least**CLEAN)
 
 
-def _stable(a: Array) -> Array:
-    """The filter with the poles of its process drawn inside the unit circle."""
-    longest = float(np.max(np.abs(np.roots(a)), initial=0.0))
-    return a if longest < 0.9995 else a * (0.9995 / longest) ** np.arange(len(a))
+def _longest(n: int) -> float:
+    """The largest pole of noise in n samples: a memory longer than the record is an offset, of any size."""
+    return min(0.9995, 1 - 1 / n)
+
+
+def _stable(a: Array, n: int) -> Array:
+    """The filter with the poles of its process drawn inside the unit circle, as far as n samples tell them."""
+    longest, most = float(np.max(np.abs(np.roots(a)), initial=0.0)), _longest(n)
+    return a if longest < most else a * (most / longest) ** np.arange(len(a))
 
 
 def filtered(a: Array, x: Array) -> Array:
@@ -110,7 +115,10 @@ def coloured(
     own = [_coloured(w, x, most, slow) for w, x in zip(whiteners, white, strict=True)]
     if slow or most < 1 or len(white) < 2:
         return tuple(w for w, _ in own)
-    alike = min((_alike(whiteners, white, rho) for rho in ALIKE), key=lambda found: found[1])
+    most_alike = _longest(min(x.shape[1] for x in white))
+    alike = min(
+        (_alike(whiteners, white, rho) for rho in ALIKE if rho < most_alike), key=lambda found: found[1]
+    )
     return alike[0] if alike[1] < sum(price for _, price in own) else tuple(w for w, _ in own)
 
 
