@@ -72,7 +72,7 @@ def _rows(share: Array, most: int) -> Array:
 
 def _longest(n: int) -> float:
     """The largest pole of noise in n samples: a memory longer than the record is an offset, of any size."""
-    return min(0.9995, 1 - 1 / n)
+    return min(0.9995, 1 - 0.5 / n)
 
 
 def _stable(a: Array, n: int) -> Array:

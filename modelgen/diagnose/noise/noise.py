@@ -58,9 +58,9 @@ ORDINARY = 0.01
 """Probability below which innovations are not independent."""
 
 
-def first_order(white: Array) -> bool:
+def first_order(white: Array, among: int = 1) -> bool:
     """Whether a residual (channels, n) may be noise of the first order, x_t = ρ x_{t−1} + independent ones:
-    these show no more correlation over LAGS samples (Ljung & Box 1978).
+    these show no more correlation over LAGS samples (Ljung & Box 1978) than the oddest `among` so many would.
 
     A law that is wrong leaves something smooth and the noise, which no first order describes.
     """
@@ -76,7 +76,7 @@ def first_order(white: Array) -> bool:
         n, power = len(u), float(u @ u)
         r = np.array([float(u[k:] @ u[:-k]) for k in range(1, LAGS + 1)]) / max(power, 1e-300)
         total += n * (n + 2) * float(np.sum(r**2 / (n - np.arange(1, LAGS + 1))))
-    return bool(chi2.sf(total, (LAGS - 1) * len(white)) > ORDINARY)
+    return bool(chi2.sf(total, (LAGS - 1) * len(white)) > ORDINARY / among)
 
 
 def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
