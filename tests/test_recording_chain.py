@@ -6,38 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from coils import coil, verdict
 
-import modelgen as mg
-from modelgen.diagnose import Verdict, diagnose
 from modelgen.diagnose.gate.resonant import CHAIN
-
-HEAD = """
-model = "electrodynamic_transducer"
-[noise]
-Z_relative = 1e-3
-[[recording]]
-file = "sweep.csv"
-"""
 
 
 def resonant(f: Any, f0: float, Q: float) -> Any:
     return 1 / (1 + 1j * Q * (f / f0 - f0 / f))
-
-
-def coil(f: Any, eddy: Any = 0.0) -> Any:
-    """A moving coil [ohm]."""
-    s = 2j * np.pi * f
-    return 6 + 3e-4 * s + eddy + 36 / (1 + 0.013 * s + 2e3 / s)
-
-
-def verdict(folder: Path, f: Any, Z: Any) -> Verdict:
-    rng = np.random.default_rng(5)
-    Z = Z * (1 + 1e-3 * (rng.standard_normal(f.size) + 1j * rng.standard_normal(f.size)))
-    rows = np.column_stack([f, Z.real, Z.imag])
-    np.savetxt(folder / "sweep.csv", rows, delimiter=",", header="f [Hz],Re Z [ohm],Im Z [ohm]", comments="")
-    (folder / "case.toml").write_text(HEAD)
-    model, case = mg.open_case(folder / "case.toml")
-    return diagnose(case, model)
 
 
 def test_crosstalk_is_no_effect_of_the_device(tmp_path: Path) -> None:

@@ -6,22 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from coils import coil, verdict
 
-import modelgen as mg
-from modelgen.diagnose import diagnose
 from modelgen.diagnose.gate import unlisted
 from modelgen.diagnose.gate.describe import SOURCE
 from modelgen.diagnose.gate.resonant import CLOSED, OPEN, row
 from modelgen.diagnose.hypotheses.evidence import Level
 
 Q = 12.0
-HEAD = """
-model = "electrodynamic_transducer"
-[noise]
-Z_relative = 1e-3
-[[recording]]
-file = "sweep.csv"
-"""
 
 
 @pytest.mark.parametrize("ends", [CLOSED, OPEN])
@@ -38,23 +30,12 @@ def test_waves_are_those_of_a_line_with_losses(ends: str) -> None:
 
 def stub(f: Any) -> Any:
     """A moving coil with an open line across its terminals, a quarter of a wave at 5 kHz."""
-    s = 2j * np.pi * f
-    Z = 6 + 3e-4 * s + 36 / (1 + 0.013 * s + 2e3 / s)
-    return 1 / (1 / Z + 4e-4 * np.tanh(0.5j * np.pi * f / 5e3 * (1 - 0.5j / Q)))
+    return 1 / (1 / coil(f) + 4e-4 * np.tanh(0.5j * np.pi * f / 5e3 * (1 - 0.5j / Q)))
 
 
 def test_a_line_across_the_terminals_is_no_resonator_that_hangs_on(tmp_path: Path) -> None:
-    rng = np.random.default_rng(5)
     f = np.geomspace(10.0, 2e4, 80)
-    Z = stub(f)
-    Z = Z * (1 + 1e-3 * (rng.standard_normal(80) + 1j * rng.standard_normal(80)))
-    rows = np.column_stack([f, Z.real, Z.imag])
-    np.savetxt(
-        tmp_path / "sweep.csv", rows, delimiter=",", header="f [Hz],Re Z [ohm],Im Z [ohm]", comments=""
-    )
-    (tmp_path / "case.toml").write_text(HEAD)
-    model, case = mg.open_case(tmp_path / "case.toml")
-    v = diagnose(case, model)
+    v = verdict(tmp_path, f, stub(f))
     assert [e.id for e in v.effects] == ["unknown_electrical"]
     assert OPEN in v.effects[0].says
     assert v.after.fit_over_noise == pytest.approx(1.0, abs=0.2)

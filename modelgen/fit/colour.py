@@ -76,7 +76,7 @@ def _longest(n: int) -> float:
 
 
 def _stable(a: Array, n: int) -> Array:
-    """The filter with the poles of its process drawn inside the unit circle, as far as n samples tell them."""
+    """The filter with the poles of its process drawn inside the unit circle, as far as n samples tell."""
     longest, most = float(np.max(np.abs(np.roots(a)), initial=0.0)), _longest(n)
     return a if longest < most else a * (most / longest) ** np.arange(len(a))
 
