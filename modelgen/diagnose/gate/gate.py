@@ -77,7 +77,7 @@ def judge_adequacy(
     # a level that was estimated of the base's residual holds what the base misses from sample to sample
     limit = GROSS * beyond(np.sqrt(scatter)) if stated else GROSS_ESTIMATED * min(1.0, np.sqrt(scatter))
     gross = many and not _smooth(setting, outcome) and np.sqrt(after) > limit
-    gross = gross and (stated or setting.model.is_time_model or not all(map(first_order, plain)))
+    gross = gross and (stated or not all(first_order(e, len(plain)) for e in plain))
     left = leftover(setting.model, outcome.judge, best, sensitivities)
     if setting.model.is_time_model and any(s.whitener.root is not None for s in setting.series):
         left = replace(left, gain=left.gain * min(1.0, after))  # what is allowed for a path tells no level
