@@ -44,6 +44,14 @@ from modelgen.truths import draw, write_case
             202900235, "pair", "gmm", ("inertia", "maxwell_branch"), "calibration", 3.0,
             {"inertia", "maxwell_branch"}, id="a part explains less than another single effect does",
         ),
+        pytest.param(
+            203300172, "pair", "impedance", ("distributed_rod", "second_mode"), "quantised", None,
+            {"distributed_rod", "second_mode"}, id="a rod rings within a part of a hundred of the frequency",
+        ),
+        pytest.param(
+            810100305, "pair", "gmm", ("second_mode", "contact_damping"), "calibration", None,
+            {"second_mode", "contact_damping"}, id="another partner has led the resonance to its place",
+        ),
     ],
 )  # fmt: skip
 def test_it_is_found_all_the_same(
@@ -53,7 +61,7 @@ def test_it_is_found_all_the_same(
     domain: str,
     effects: str | tuple[str, str],
     noise: str,
-    ratio: float,
+    ratio: float | None,
     named: set[str],
 ) -> None:
     case = read_case(write_case(draw(seed, kind, domain, effects, noise=noise, ratio=ratio), tmp_path))

@@ -12,6 +12,7 @@ from modelgen.diagnose.gate import unlisted
 from modelgen.diagnose.gate.describe import SOURCE
 from modelgen.diagnose.gate.resonant import CLOSED, OPEN, row
 from modelgen.diagnose.hypotheses.evidence import Level
+from modelgen.diagnose.hypotheses.setting import Outcome
 
 Q = 12.0
 
@@ -54,3 +55,14 @@ def test_where_a_named_effect_was_refused_a_description_must_do_better(named: fl
     tried = (base, row, a_fit(named, "structural_damping"))
     outcome: Any = SimpleNamespace(base=base, best=base, tried=tried, judge=judge)
     assert (unlisted.cheaper(outcome) is not None) == claimed
+
+
+@pytest.mark.parametrize(("pair", "chosen"), [(-60.0, 2), (-42.0, 1), (-35.0, 1)])
+def test_two_named_effects_go_before_a_description_that_one_does_not_reach(pair: float, chosen: int) -> None:
+    """The search had refused the second: a colour of the noise may be all of it. That no longer counts where
+    one named effect leaves more than a row of resonances does."""
+    base, row = a_fit(0.0), a_fit(-50.0, "unknown_electrical", source=SOURCE)
+    one, two = a_fit(-40.0, "second_mode"), a_fit(pair, "inertia", "structural_damping")
+    judge = SimpleNamespace(prior=(Level(1.0),), temper=1.0)
+    outcome = Outcome(judge, base, one, (base, row, one, two), ())  # type: ignore[arg-type]
+    assert len(unlisted.named_rather(outcome).best.ids) == chosen

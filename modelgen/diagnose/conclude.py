@@ -18,7 +18,7 @@ from modelgen.diagnose.account.words import blind_note, bound_note, holdout_note
 from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.sober import sober
-from modelgen.diagnose.gate.unlisted import with_rivals
+from modelgen.diagnose.gate.unlisted import named_rather, with_rivals
 from modelgen.diagnose.gate.vague import told
 from modelgen.diagnose.hypotheses.averaged import averaged, parameters
 from modelgen.diagnose.hypotheses.evidence import effective
@@ -41,7 +41,7 @@ def conclude(
 ) -> Verdict:
     """Put the argument together. Held-out recordings are looked at when all is decided."""
     sensitivities = port_sensitivities(setting, outcome.base)
-    outcome = with_rivals(setting, outcome)
+    outcome = named_rather(with_rivals(setting, outcome))
     gate = judge_adequacy(setting, outcome, sensitivities, oddity)
     if outcome.best.ids or gate.unknown:
         setting, outcome, gate = _stands(setting, outcome, gate, sensitivities, oddity)

@@ -25,7 +25,7 @@ second_mode = Effect(
     (Strength("M_2", "{impedance}*s", text="mass of the resonator"),),
     add_impedance(_resonator),
     (
-        Shape("omega_2", "rad/s", "omega", 0.7, 1.5, 80, text="its resonance when its foot is held"),
+        Shape("omega_2", "rad/s", "omega", 0.7, 1.5, 160, text="its resonance when its foot is held"),
         Shape("Q", "1", "1", 1.0, 500.0, 3, text="its quality factor"),
     ),
     needs=("omega",),
@@ -108,7 +108,7 @@ def _rod(lossy: bool) -> Effect:
         (
             Strength(
                 tau2, "s**2", text="square of the time τ that a wave needs along the rod",
-                scale="1/max(omega)**2", low=0.0025, high=40.0, points=60,
+                scale="1/max(omega)**2", low=0.0025, high=40.0, points=150,
             ),
         ),
         change(
@@ -136,7 +136,7 @@ moving_rod = Effect(
     add_impedance(
         lambda at, p: j * at["omega"] * p["m_free"] * (1 / xcotx((at["omega"] * p["tau_free"]) ** 2) - 1)
     ),
-    (Shape("tau_free", "s", "1/max(omega)", 0.3, 6.3, 60, text="time that a wave needs along the rod"),),
+    (Shape("tau_free", "s", "1/max(omega)", 0.3, 6.3, 150, text="time that a wave needs along the rod"),),
     needs=("omega",),
     secant=True,  # a little of it has its resonances where much of it hasn't
 )  # fmt: skip

@@ -204,6 +204,19 @@ def cheaper(outcome: Outcome) -> tuple[Fit, float] | None:
     return (first, more) if more > 0 else None
 
 
+def named_rather(outcome: Outcome) -> Outcome:
+    """The outcome with one more named effect, where the best of these are too few, as what no catalogue holds
+    does better, and one more does better still: what the search had doubted, a colour of the noise, is no
+    account beside either."""
+    rival, best = cheaper(outcome), outcome.best
+    if rival is None or not best.ids:
+        return outcome
+    more = [f for f in outcome.tried if len(f.ids) == len(best.ids) + 1 and not is_unlisted(f)]
+    first = min(more, key=lambda f: f.bic, default=best)
+    sure = first.bic < min(rival[0].bic, best.bic - ALARM)
+    return replace(outcome, best=first) if sure else outcome
+
+
 def refused(outcome: Outcome) -> float:
     """BIC of the best single named effect. Where the search would not claim it, as a colour or a smooth error
     may be all of it, what no catalogue holds has to do better."""

@@ -21,6 +21,8 @@ PAIRS, DEAR = 12, 3
 STARTS = 4
 """Shapes of a pair from which descents start: of a narrow resonance the first order knows only the
 neighbourhood."""
+PLACES = 60
+"""Of the places where an effect may resonate."""
 ALIKE = 0.999
 """Changes of the output that are one and the same to this cosine make no pair."""
 
@@ -104,7 +106,7 @@ def _changes(x: Score, base: Fit, judge: Judge, tangent: Tangent, most: int | No
     it may resonate."""
     a, h, found = x.addition, x.hypothesis, []
     index = [h.names.index(n) for n in a.strengths]
-    for values in (*(v for _, v in x.starts), *x.scouts)[:most]:
+    for values in (*(v for _, v in x.starts), *x.some(PLACES))[:most]:
         at = h.place(base.hypothesis, base.theta, values)
         with np.errstate(all="ignore"):
             if a.effect.secant:

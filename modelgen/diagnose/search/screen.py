@@ -25,18 +25,24 @@ class Score:
     """The result for one effect: χ² explained at first order, and the starting points that explained most.
 
     blind: at first order it does what the base's own parameters do. scouts: where the effect's grid is fine,
-    as there are resonances to be met, the best of each of its places.
+    as there are resonances to be met, the best of each of its places, in their order.
     """
 
     hypothesis: Hypothesis
     gain: float
     starts: tuple[tuple[float, Mapping[str, float]], ...]
     blind: bool
-    scouts: tuple[Mapping[str, float], ...] = ()
+    scouts: tuple[tuple[float, Mapping[str, float]], ...] = ()
 
     @property
     def addition(self) -> Addition:
         return self.hypothesis.added[-1]
+
+    def some(self, count: int) -> list[Mapping[str, float]]:
+        """At most `count` of the scouts, of neighbours the best."""
+        width = max(1, -(-len(self.scouts) // count))
+        blocks = (self.scouts[k : k + width] for k in range(0, len(self.scouts), width))
+        return [max(block, key=lambda x: x[0])[1] for block in blocks]
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +95,7 @@ def score(
         tries = [*_finite(h, base, theta, tangent, whiteners)]
     tries.sort(key=lambda x: -x[0])
     best = tries[0][0] if tries else 0.0
-    return Score(h, best, tuple(_apart(tries, keep)), blind, _scouts(a, tries))
+    return Score(h, best, tuple(_apart(tries, keep)), blind, tuple(_scouts(a, tries)))
 
 
 RESONANT = 30
@@ -99,15 +105,15 @@ RESONANT = 30
 Tries = Sequence[tuple[float, Mapping[str, float]]]
 
 
-def _scouts(a: Addition, tries: Tries) -> tuple[Mapping[str, float], ...]:
+def _scouts(a: Addition, tries: Tries) -> Tries:
     """Of each place of resonances that was tried (best first), the best shape otherwise."""
     quantities: list[Strength | Shape] = [*(a.effect.strengths if a.effect.secant else ()), *a.effect.shapes]
     fine = next((f"{a.id}_{q.name}" for q in quantities if q.points >= RESONANT), "")
-    found: dict[float, Mapping[str, float]] = {}
-    for _, values in tries:
+    found: dict[float, tuple[float, Mapping[str, float]]] = {}
+    for gain, values in tries:
         if fine in values:
-            found.setdefault(values[fine], values)
-    return tuple(found.values())
+            found.setdefault(values[fine], (gain, values))
+    return [found[place] for place in sorted(found)]
 
 
 def _apart(

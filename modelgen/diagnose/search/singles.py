@@ -78,7 +78,7 @@ def _scouted(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]
     bent = beyond_scatter(min(fits, key=lambda f: f.chi2, default=base)) > BENT
     found = []
     for x, f in zip(seen, fits, strict=False):
-        starts = [x.hypothesis.place(base.hypothesis, base.theta, v) for v in x.scouts] if bent else []
+        starts = [x.hypothesis.place(base.hypothesis, base.theta, v) for _, v in x.scouts] if bent else []
         if f.chi2 > base.chi2:
             starts += [_faint(x, base, v) for _, v in x.starts]
         other = judge.fit(x.hypothesis, starts, few=SCOUTS) if starts else f

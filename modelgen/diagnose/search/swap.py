@@ -45,6 +45,8 @@ def swapped(s: Setting, base: Fit, judge: Judge, fits: Sequence[Fit], scores: Se
         _keep(found, [f for a in places for f in _exchanges(s, base, judge, best, a, scores, most)])
         if len(best.ids) == 2:
             _keep(found, _crossed(s, judge, best, found))
+        if len(best.ids) > 1:
+            _keep(found, _guided(judge, min(found.values(), key=lambda f: f.bic), found))
         stays = min(f.bic for f in found.values()) > best.bic - 1.0
         if stays and (every or len(best.ids) != 2 or beyond_scatter(best) < BENT):
             break
@@ -169,6 +171,20 @@ def _crossed(s: Setting, judge: Judge, best: Fit, found: dict[Key, Fit]) -> list
     }
     made = make_hypotheses(s.model, s.case, s.series, [(x, y) for x, _, y, _ in chosen.values()])
     return [judge.fit(h, _starts(h, *chosen[h.key])) for h in made]
+
+
+def _guided(judge: Judge, best: Fit, found: Mapping[Key, Fit]) -> list[Fit]:
+    """The hypotheses that differ from the best one in one effect, fitted again from where that has taken what
+    they share: another partner may have left it elsewhere, and none may win by its start."""
+    fits = []
+    for f in found.values():
+        other = f.hypothesis.key - best.hypothesis.key
+        if len(f.ids) == len(best.ids) and len(other) == 1:
+            a = next(a for a in f.hypothesis.added if a.key in other)
+            own = dict(zip(f.hypothesis.names, f.theta.tolist(), strict=True))
+            own = {n: v for n, v in own.items() if n.startswith(f"{a.id}_")}
+            fits.append(judge.fit(f.hypothesis, [f.hypothesis.place(best.hypothesis, best.theta, own)]))
+    return fits
 
 
 def _starts(h: Hypothesis, x: Addition, f: Fit, y: Addition, g: Fit) -> list[Array]:
