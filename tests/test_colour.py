@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from modelgen.fit.colour import coloured, factor, smeared, through
+from modelgen.fit.colour import autoregression, coloured, factor, noise_like, smeared, through
 from modelgen.fit.series import Whitener
 
 
@@ -68,3 +68,17 @@ def test_short_sweeps_tell_their_colour_together() -> None:
         assert (filters[0] is not None) == alike
         if alike:
             assert 0.85 < -filters[0][1] < 1.0
+
+
+def test_fresh_noise_is_as_large_and_as_coloured_as_what_it_is_made_after() -> None:
+    """… beside next to no other noise: the second half of the record, of half the weight, tells nothing."""
+    rng = np.random.default_rng(2)
+    n, a = 4000, np.array([1.0, -0.9])
+    share = np.where(np.arange(n) < n // 2, 1.0, 0.5)
+    noise = lfilter([1], a, 2.0 * rng.standard_normal(n))[None, :]
+    other = 8 * rng.standard_normal(n) * (share < 1)
+    w = Whitener(share[None, :], ar=a, share=share)
+    fresh = noise_like(w, share * (noise + other), rng)
+    assert fresh.shape == (1, n)
+    assert np.std(fresh) == pytest.approx(2 / np.sqrt(1 - 0.81), rel=0.15)
+    assert np.allclose(autoregression(fresh, 1), a, atol=0.03)

@@ -247,3 +247,17 @@ def test_ports_are_taken_in_order_of_preference_and_by_what_they_offer() -> None
     bare = replace(model, ports=tuple(replace(p, variables=()) for p in model.ports))
     assert damping.fits(bare) == ()
     assert not any(e.fits(load("contact_damping")) for e in CATALOGUE if e.needs)
+
+
+def test_what_fits_a_users_ports_needs_none_of_their_other_variables() -> None:
+    """Each port tells its effects no more than they ask for, the others but their equation."""
+    model = load("modified_dahl")
+    for e in CATALOGUE:
+        for port in e.fits(model):
+            told = tuple((k, v) for k, v in port.variables if k in e.needs)
+            bare = tuple(
+                replace(q, variables=told if q.equation == port.equation else ()) for q in model.ports
+            )
+            less = replace(model, ports=bare)
+            here = next(q for q in less.ports if q.equation == port.equation and q.kind == port.kind)
+            e.extend(less, here)

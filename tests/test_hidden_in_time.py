@@ -22,6 +22,10 @@ from modelgen.truths import draw, write_case
             720100199, ("power_law_viscoelasticity", "second_mode"), "white", 6.0,
             id="beside the bent creep a mass does more than a resonator elsewhere",
         ),
+        pytest.param(
+            203300215, ("maxwell_branch", "second_mode"), "clean", 20.0,
+            id="where the base is bent far, it seems to resonate elsewhere",
+        ),
     ],
 )  # fmt: skip
 def test_both_of_a_pair_are_named(

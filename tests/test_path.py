@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from scipy import signal
 
 import modelgen as mg
 from modelgen.diagnose import diagnose
+from modelgen.diagnose.gate import sober
 from modelgen.diagnose.verdict import Verdict
 from modelgen.recordings.kinematics import kinematics
 
@@ -87,3 +90,15 @@ def test_what_is_left_out_is_seen_beside_such_errors(tmp_path: Path) -> None:
     v = np.gradient(z, 1 / FINE)
     verdict = judged(tmp_path, z, z + friction(z, 8.0) + 0.2 * v + 0.1 * z**3, 3e-4, 3e-3)
     assert verdict.effects[0].id == "cubic_stiffness", verdict.summary
+
+
+@pytest.mark.parametrize(("stated", "beyond"), [(True, True), (False, False)])
+def test_a_colour_that_nobody_stated_is_no_reason_to_trust_a_path(
+    monkeypatch: pytest.MonkeyPatch, stated: bool, beyond: bool
+) -> None:
+    """Residuals of eight times the scatter between neighbours, and under their colour of once."""
+    white = np.random.default_rng(4).standard_normal((1, 500))
+    setting: Any = SimpleNamespace(series=[SimpleNamespace(stated=stated)])
+    base: Any = SimpleNamespace(white=[white])
+    monkeypatch.setattr(sober, "plain_white", lambda _: [8 * white])
+    assert sober._doubtless(setting, base) is beyond

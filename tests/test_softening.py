@@ -11,6 +11,9 @@ from test_effects_laws import find, force, record
 
 from modelgen.api import read_case
 from modelgen.diagnose import Verdict, diagnose
+from modelgen.diagnose.diagnosis import prepare, set_up
+from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
+from modelgen.diagnose.hypotheses.moderate import moderated
 from modelgen.diagnose.hypotheses.pasts import is_past, price
 from modelgen.effects import CATALOGUE
 from modelgen.fit.experiment import Layout
@@ -80,3 +83,23 @@ def test_peaks_that_were_all_before_the_records_are_told_from_no_amplitude(tmp_p
     (found,) = concealed(tmp_path, "peak", 73010).effects
     assert {found.id, *found.equivalents} == {"payne_softening", "stress_softening"}
     assert found.separating_experiment
+
+
+def test_where_softening_begins_is_taken_at_the_middle_of_what_is_left_open(tmp_path: Path) -> None:
+    """At two amplitudes beyond it the rest of a power is all that is seen."""
+    write_case(
+        draw(203300367, "single", "force", "payne_softening", (30.0, 1e4), "displacement", 6.0), tmp_path
+    )
+    case, model = read_case(tmp_path / "case.toml"), load("modified_dahl")
+    ground = prepare(model, case, 0)
+    added = set_up(model, case, ground, CATALOGUE).additions
+    law = next(a for a in added if a.id == "payne_softening" and a.effect.strengths[0].name == "k_0")
+    h = make_hypotheses(model, case, ground.series, [(law,)])[0]
+    low, high = law.ranges["A_c"]
+    edge = {"payne_softening_A_c": low, "payne_softening_k_0": 0.5}
+    fit = ground.judge.fit(h, [h.place(ground.base.hypothesis, ground.base.theta, edge)])
+    at = h.names.index("payne_softening_A_c")
+    assert fit.theta[at] < 1.2 * low
+    found = moderated(ground.judge, fit)
+    assert 2 * low < found.theta[at] < high / 2
+    assert found.chi2 == pytest.approx(fit.chi2, abs=1.0)

@@ -22,6 +22,7 @@ from modelgen.diagnose.gate.unlisted import named_rather, with_rivals
 from modelgen.diagnose.gate.vague import told
 from modelgen.diagnose.hypotheses.averaged import averaged, parameters
 from modelgen.diagnose.hypotheses.evidence import effective
+from modelgen.diagnose.hypotheses.moderate import moderated
 from modelgen.diagnose.hypotheses.ranking import Standing, close, standings, weights
 from modelgen.diagnose.hypotheses.refit import plain_white
 from modelgen.diagnose.hypotheses.setting import CLOSE, Outcome, Setting
@@ -53,6 +54,8 @@ def conclude(
     if gate.unknown:
         gate = modelled(setting, outcome, gate)
         best = gate.fit or outcome.base
+    else:
+        best = moderated(outcome.judge, best)
     held = look_at_holdout(setting, outcome, best, gate.scale)
     base_estimates = parameters(outcome.judge, outcome.base)
     after_estimates = parameters(outcome.judge, best) if gate.unknown else averaged(outcome, best)

@@ -135,7 +135,8 @@ WHOLE = (
 
 
 def _softer(model: Model, port: Port, p: Values) -> Model:
-    for at in (port, *(q for q in model.ports if q.kind == "friction")):
+    for q in (port, *(q for q in model.ports if q.kind == "friction")):
+        at = replace(port, equation=q.equation)  # a port of friction needs not tell the time
         model = _settling("material_warming", model, at, p["tau_w"], lambda x, s: x * (1 + p["beta_w"] * s))
     return model
 

@@ -182,6 +182,25 @@ def _banded(w: Whitener, x: Array, a: Array, clean: Array, used: Array, more: Ar
     return replace(w, ar=a, band=L)
 
 
+def noise_like(w: Whitener, white: Array, rng: np.random.Generator) -> Array:
+    """Fresh noise (channels, n) of the process that `w` takes for the residuals `white`, which it has weighed
+    but not filtered; as large as these are where next to nothing adds to it."""
+    from scipy.signal import lfilter
+
+    n = white.shape[1]
+    a = np.ones(1) if w.ar is None else w.ar
+    share = np.ones(n) if w.share is None else w.share
+    clean = _rows(share, len(a) - 1)
+    innovations = filtered(a, white / np.where(share > 0, share, 1.0))[:, len(a) - 1 :]
+    level = np.sqrt(np.sum(clean * innovations**2) / max(len(white) * np.sum(clean), 1e-9)) or 1.0
+    fresh = level * rng.standard_normal((len(white), n + RUN_IN))
+    return np.asarray(lfilter([1.0], a, fresh, axis=1)[:, RUN_IN:])
+
+
+RUN_IN = 1000
+"""Samples after which a coloured noise is stationary."""
+
+
 def beside(w: Whitener, rows: Array) -> Whitener:
     """`w` with noise of covariance R Rᵀ (`rows` as `smeared` gives them) beside its own, which is 1."""
     return replace(

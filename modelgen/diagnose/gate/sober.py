@@ -42,7 +42,7 @@ def sober(setting: Setting, outcome: Outcome) -> tuple[Setting, Outcome] | None:
     nothing."""
     if not setting.model.is_time_model or outcome.judge.temper > 1.0:
         return None
-    if any(np.mean(e**2) > DOUBTFUL**2 for e in plain_white(outcome.base)):
+    if _doubtless(setting, outcome.base):
         return None
     base, less = outcome.base, setting
     for _ in range(ROUNDS):
@@ -58,6 +58,14 @@ def sober(setting: Setting, outcome: Outcome) -> tuple[Setting, Outcome] | None:
         return None
     found = _judged(less, judge, base, outcome)
     return None if found.best.ids else (less, found)
+
+
+def _doubtless(s: Setting, base: Fit) -> bool:
+    """Whether a base leaves more than any noise: than what is stated or, where nobody did, than what a colour
+    makes of the scatter between neighbours."""
+    found = zip(s.series, plain_white(base), base.white, strict=True)
+    left = [np.mean(e**2) if x.stated else min(np.mean(e**2), np.mean(c**2)) for x, e, c in found]
+    return any(x > DOUBTFUL**2 for x in left)
 
 
 def _judged(s: Setting, judge: Judge, base: Fit, outcome: Outcome) -> Outcome:

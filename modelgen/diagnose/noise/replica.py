@@ -19,7 +19,8 @@ import numpy as np
 from modelgen.diagnose.hypotheses.evidence import deviance
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
-from modelgen.fit.series import Series, input_noise
+from modelgen.fit.colour import noise_like
+from modelgen.fit.series import Series, Whitener, input_noise
 from modelgen.language import Model
 from modelgen.recordings import Case
 
@@ -43,8 +44,11 @@ def motion_matters(series: Sequence[Series]) -> bool:
     )
 
 
-def replicas(model: Model, case: Case, parent: Fit, seed: int) -> tuple[Series, ...]:
-    """The series of `parent` measured anew: its smoothed path and its model's force, with fresh noise."""
+def replicas(
+    model: Model, case: Case, parent: Fit, whiteners: Sequence[Whitener], seed: int
+) -> tuple[Series, ...]:
+    """The series of `parent` measured anew: its smoothed path and its model's force, with fresh noise, that
+    of the force as large and as coloured as `whiteners` take it for."""
     from modelgen.codegen.inputs import complete_inputs
     from modelgen.recordings.kinematics import kinematics
 
@@ -52,7 +56,7 @@ def replicas(model: Model, case: Case, parent: Fit, seed: int) -> tuple[Series, 
     moved = next(i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate")
     rng = np.random.default_rng(seed)
     made = []
-    for k, (s, recording) in enumerate(zip(e.series, case.fit, strict=True)):
+    for k, (s, recording, w) in enumerate(zip(e.series, case.fit, whiteners, strict=True)):
         told = input_noise(model, case, recording)
         sigma = told[moved]
         if sigma is None:
@@ -60,9 +64,10 @@ def replicas(model: Model, case: Case, parent: Fit, seed: int) -> tuple[Series, 
         path = s.inputs[moved] + sigma * rng.standard_normal(s.n)
         inputs, _ = complete_inputs(model, {**recording.inputs, moved: path}, {**told, moved: sigma})
         force = s.data + e.raw(parent.theta, k)
-        share = np.ones(s.n) if s.whitener.share is None else np.maximum(s.whitener.share, 1e-6)
-        level = np.median(share / np.maximum(s.whitener.weight, 1e-300), axis=1, keepdims=True)
-        made.append(replace(s, inputs=inputs, data=force + level * rng.standard_normal(s.data.shape)))
+        share = np.ones(s.n) if w.share is None else np.maximum(w.share, 1e-6)
+        level = np.median(share / np.maximum(w.weight, 1e-300), axis=1, keepdims=True)
+        own = replace(w, ar=None).apply(e.raw(parent.theta, k))
+        made.append(replace(s, inputs=inputs, data=force + level * noise_like(w, own, rng)))
     return tuple(made)
 
 

@@ -98,7 +98,7 @@ def score(
     return Score(h, best, tuple(_apart(tries, keep)), blind, tuple(_scouts(a, tries)))
 
 
-RESONANT = 30
+RESONANT = 16
 """Values of one quantity that are tried where it places resonances."""
 
 

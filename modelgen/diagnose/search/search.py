@@ -194,7 +194,7 @@ def _deserved(s: Setting, judge: Judge, parents: Sequence[Fit], fits: list[Fit])
         parent = min((p for p in parents if p.hypothesis.key < child.hypothesis.key), key=lambda p: p.bic)
         key = parent.hypothesis.key
         if key not in made:
-            made[key] = replicas(s.model, s.case, parent, seed=len(key))
+            made[key] = replicas(s.model, s.case, parent, judge.whiteners, seed=len(key))
         own = judge.excess.get(key, 0.0) + undeserved(judge, parent, child, made[key])
         judge = replace(judge, excess={**judge.excess, child.hypothesis.key: own})
         fits = [judge.look(f.hypothesis, f.theta) if f is child else f for f in fits]
@@ -221,7 +221,7 @@ def _among_rivals(s: Setting, judge: Judge, best: Fit, tried: Sequence[Fit]) -> 
         return judge
 
     def made(f: Fit) -> list[tuple[Series, ...]]:
-        return [replicas(s.model, s.case, f, seed) for seed in range(TIMES)]
+        return [replicas(s.model, s.case, f, judge.whiteners, seed) for seed in range(TIMES)]
 
     if_best = made(best)
     excess = dict(judge.excess)
