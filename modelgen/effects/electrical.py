@@ -1,5 +1,6 @@
 """Coils as they are: wires with resistance, stray flux, capacitance between turns, imperfect insulation."""
 
+from dataclasses import replace
 from typing import Any
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change
@@ -25,6 +26,11 @@ leakage_inductance = Effect(
     add(lambda at, p: j * at["omega"] * p["L"]),
     needs=("omega",),
 )
+
+CELL = ("capacitance", "electrical_impedance")
+"""Where a capacitance shunts the impedance, as in an electrode's circuit, leads are no part of it."""
+
+cell_leads = tuple(replace(e, kinds=("terminals",), also=CELL) for e in (lead_resistance, leakage_inductance))
 
 coil_ac_resistance = Effect(
     "coil_ac_resistance",
@@ -136,6 +142,7 @@ lossy_capacitance = Effect(
 EFFECTS = (
     lead_resistance,
     leakage_inductance,
+    *cell_leads,
     coil_ac_resistance,
     skin_effect,
     layered_winding,
