@@ -228,7 +228,9 @@ def _inexact(e: Experiment, truth: Fit, theta: Array, out: Array, empty: Series)
     nulls = {f"{a.id}_{q.name}": q.null for a in truth.hypothesis.added for q in a.effect.strengths}
     base = np.array([nulls.get(n, x) for n, x in zip(e.layout.names, theta, strict=True)])
     without = e.raw(base, 0) + empty.data
-    change = np.sqrt(np.mean((out - without) ** 2, axis=0) * (len(out) if empty.measure == "complex" else 1))
+    with np.errstate(over="ignore", invalid="ignore"):
+        mean = np.mean((out - without) ** 2, axis=0)
+    change = np.sqrt(mean * (len(out) if empty.measure == "complex" else 1))
     return np.where(np.isfinite(change), INEXACT * change, 0.0)
 
 
