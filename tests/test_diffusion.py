@@ -40,7 +40,7 @@ def test_leads_of_a_cell_are_in_series_with_all_of_it() -> None:
     """Not with what the double layer shunts: no delay of the recording is named in their stead."""
     lying = Port("terminals", "terminals", "Z", at)
     wired = replace(cell, ports=(*cell.ports, lying))
-    leads = [e for e in CATALOGUE if e.id in ("lead_resistance", "leakage_inductance")]
+    leads = [e for e in CATALOGUE if e.id == "leakage_inductance"]
     assert lying in {p for e in leads for p in e.fits(wired)}
     assert all(lying not in e.fits(replace(wired, ports=(cell.ports[0], lying))) for e in leads)
     rng, hertz = np.random.default_rng(2), np.geomspace(1e4, 1e-2, 61)

@@ -27,10 +27,12 @@ leakage_inductance = Effect(
     needs=("omega",),
 )
 
-CELL = ("capacitance", "electrical_impedance")
-"""Where a capacitance shunts the impedance, as in an electrode's circuit, leads are no part of it."""
-
-cell_leads = tuple(replace(e, kinds=("terminals",), also=CELL) for e in (lead_resistance, leakage_inductance))
+cell_inductance = replace(
+    leakage_inductance,
+    kinds=("terminals",),
+    also=("capacitance", "electrical_impedance"),  # which a capacitance shunts, as in an electrode's circuit
+    common=2.0,  # hardly a spectrum of a cell ends without
+)
 
 coil_ac_resistance = Effect(
     "coil_ac_resistance",
@@ -142,7 +144,7 @@ lossy_capacitance = Effect(
 EFFECTS = (
     lead_resistance,
     leakage_inductance,
-    *cell_leads,
+    cell_inductance,
     coil_ac_resistance,
     skin_effect,
     layered_winding,
