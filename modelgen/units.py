@@ -36,10 +36,13 @@ def parse(unit: str) -> pint.Unit:
     text = re.sub(f"[{RAISED}]+", lambda p: "**" + p[0].translate(LOWERED), unit.strip())
     for a, b in (("·", "*"), ("Ω", "ohm"), ("µ", "u"), ("°", "deg")):
         text = text.replace(a, b)
-    try:
-        return registry().Unit("dimensionless" if text in ("", "1", "-") else text)
-    except Exception as why:  # Pint raises half a dozen kinds
-        raise InputError(f"unknown unit '{unit}'") from why
+    small = re.sub(r"\b[A-Z][a-z]{2,}\b", lambda p: p[0].lower(), text)  # "Ohms", "Deg", but not "MOhm"
+    for spelling in ("dimensionless" if text in ("", "1", "-") else text, small):
+        try:
+            return registry().Unit(spelling)
+        except Exception as why:  # Pint raises half a dozen kinds
+            last = why
+    raise InputError(f"unknown unit '{unit}'") from last
 
 
 @cache

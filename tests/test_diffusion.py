@@ -1,5 +1,7 @@
 """Diffusion at the electrode of a cell."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -32,6 +34,21 @@ def test_diffusion_is_named(tau: float) -> None:
     true = true * (1 + 2e-3 * (rng.normal(size=61) + 1j * rng.normal(size=61)))
     found = diagnose(Case(None, "cell", (Recording("eis", None, "fit", {"f": hertz}, {"Z": true}),)), cell)
     assert [e.id for e in found.effects] == ["warburg_diffusion"]
+
+
+def test_leads_of_a_cell_are_in_series_with_all_of_it() -> None:
+    """Not with what the double layer shunts: no delay of the recording is named in their stead."""
+    lying = Port("terminals", "terminals", "Z", at)
+    wired = replace(cell, ports=(*cell.ports, lying))
+    leads = [e for e in CATALOGUE if e.id == "leakage_inductance"]
+    assert lying in {p for e in leads for p in e.fits(wired)}
+    assert all(lying not in e.fits(replace(wired, ports=(cell.ports[0], lying))) for e in leads)
+    rng, hertz = np.random.default_rng(2), np.geomspace(1e4, 1e-2, 61)
+    s = 2j * np.pi * hertz
+    true = 0.018 + 1 / (1 / 0.045 + s * 0.4) + s * 2e-7
+    true = true * (1 + 2e-3 * (rng.normal(size=61) + 1j * rng.normal(size=61)))
+    found = diagnose(Case(None, "cell", (Recording("eis", None, "fit", {"f": hertz}, {"Z": true}),)), wired)
+    assert [(e.id, e.port) for e in found.effects] == [("leakage_inductance", "terminals")]
 
 
 def test_what_moves_has_no_diffusion() -> None:

@@ -7,6 +7,8 @@ import pytest
 
 from modelgen.api import read_case
 from modelgen.diagnose import diagnose
+from modelgen.diagnose.diagnosis import prepare
+from modelgen.diagnose.gate.mirrored import opposed
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
 from modelgen.diagnose.hypotheses.refit import base_starts
 from modelgen.diagnose.noise.noise import outliers
@@ -46,6 +48,22 @@ def test_the_other_sign_of_time_is_told(tmp_path: Path, sign: int) -> None:
         file.write_text("\n".join((head, *turned)) + "\n")
     told = any("e^(−jωt)" in n for n in diagnose(read_case(case), load("electrodynamic_transducer")).notes)
     assert told == (sign < 0)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_force_that_counts_the_other_way_is_told(tmp_path: Path, sign: int) -> None:
+    """A dashpot and a gas spring on a rig that shows compression as positive: no effect makes up for that."""
+    t = np.arange(0, 4, 0.01)
+    z = 18 * np.sin(2 * np.pi * 0.9 * t) * (1 + 0.3 * np.sin(t))
+    force = 0.3 * z + 1.4 * np.gradient(z, t) + np.random.default_rng(2).normal(0, 0.5, len(t))
+    rows = "\n".join(f"{a},{b},{sign * c}" for a, b, c in zip(t, z, force, strict=True))
+    (tmp_path / "rig.csv").write_text(f"t [s],z [mm],F_m [N]\n{rows}\n")
+    (tmp_path / "case.toml").write_text(
+        'model = "kelvin_voigt"\n[[recording]]\nfile = "rig.csv"\nrole = "fit"\n'
+    )
+    model, case = load("kelvin_voigt"), read_case(tmp_path / "case.toml")
+    base = prepare(model, case, 0).base
+    assert bool(opposed(model, case, base, base, 0)) == (sign < 0)
 
 
 def test_steps_of_a_staircase_are_no_outliers() -> None:

@@ -58,6 +58,31 @@ def complaint(folder: Path, table: str | bytes, signature: Signature = DAHL, **m
     return str(why.value)
 
 
+ROWS = "  20.0  +7.5  +30.0\n  10.0  +7.1  +25.0\n  40.0  +6.0  -15.0\n"
+
+
+def test_columns_apart_by_blanks_below_comments(tmp_path: Path) -> None:
+    r = record(tmp_path, f"* a sweep\n* of a woofer\nf [Hz]  |Z| [Ohms]   phase [Deg]\n{ROWS}", COIL)
+    np.testing.assert_array_equal(r.inputs["f"], [10, 20, 40])
+    np.testing.assert_allclose(r.outputs["Z"], [7.1, 7.5, 6.0] * np.exp(1j * np.deg2rad([25, 30, -15])))
+    assert "no header of 'name [unit]'" in complaint(tmp_path, f"* a sweep\n{ROWS}", COIL)
+
+
+def test_an_impedance_as_loudspeaker_programs_exchange_it(tmp_path: Path) -> None:
+    (tmp_path / "woofer.zma").write_text(f"* Impedance (ohms), Phase (degrees)\n{ROWS}")
+    (tmp_path / "case.toml").write_text(
+        f'model = "{COIL.model}"\n[[recording]]\nfile = "woofer.zma"\nrole = "fit"\n'
+    )
+    r = load_case(read_case_file(tmp_path / "case.toml"), COIL).fit[0]
+    np.testing.assert_allclose(r.outputs["Z"], [7.1, 7.5, 6.0] * np.exp(1j * np.deg2rad([25, 30, -15])))
+
+
+def test_capital_letters_make_no_other_unit() -> None:
+    assert affine("Ohms", "ohm") == (1.0, 0.0) and affine("Mohm", "ohm") == (1e6, 0.0)
+    with pytest.raises(InputError, match="MOhm"):  # milli or mega: not guessed
+        affine("MOhm", "ohm")
+
+
 def test_arrays_are_contiguous_read_only_and_named_by_the_model(tmp_path: Path) -> None:
     r = record(tmp_path, MOTION)
     assert (r.name, r.role, r.n, dict(r.kinds)) == ("a", "fit", 3, {"F": "real"})

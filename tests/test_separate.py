@@ -14,7 +14,7 @@ from modelgen.codegen import build
 from modelgen.diagnose.diagnosis import prepare, set_up
 from modelgen.diagnose.experiment.foresee import Rivals, excluded, simulated
 from modelgen.diagnose.experiment.menu import Plan, often, plans
-from modelgen.diagnose.experiment.separate import propose, separate
+from modelgen.diagnose.experiment.separate import Proposal, propose, separate
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import CLOSE, Outcome, Setting
@@ -228,6 +228,23 @@ def test_without_rivals_and_with_one_that_is_the_same(narrow: tuple[Setting, Jud
     assert separate(setting, outcome(judge, fits), fits[0], []) is None
     same = separate(setting, outcome(judge, fits), fits[0], [fits[0]])
     assert same is not None and same.startswith("no recording of this menu would tell them apart")
+
+
+@pytest.mark.parametrize(
+    ("separation", "lead", "parts"), [(9.0, -2.0, True), (2.0, 8.0, True), (2.0, -54.0, False)]
+)
+def test_what_leaves_a_rival_ahead_is_no_proposal(
+    narrow: tuple[Setting, Judge, list[Fit]],
+    monkeypatch: pytest.MonkeyPatch,
+    separation: float,
+    lead: float,
+    parts: bool,
+) -> None:
+    setting, judge, fits = narrow
+    plan = next(iter(plans(SPEAKER, setting.series, 0, TRUTH)))
+    made = Proposal(plan, separation, lead, 0.9, (fits[0],))
+    monkeypatch.setattr("modelgen.diagnose.experiment.separate._foreseen", lambda *_: made)
+    assert (propose(setting, judge, fits[0], [fits[1]]) is not None) == parts
 
 
 def test_averaging_is_no_help_far_from_the_data(narrow: tuple[Setting, Judge, list[Fit]]) -> None:

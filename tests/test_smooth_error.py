@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import modelgen.models
+from modelgen.diagnose import diagnose
 from modelgen.diagnose.diagnosis import prepare, set_up
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
 from modelgen.diagnose.noise.replica import motion_matters, on, replicas, undeserved
@@ -23,7 +24,8 @@ from modelgen.diagnose.noise.smooth_error import (
 from modelgen.effects import CATALOGUE
 from modelgen.fit.series import Whitener, signature_of
 from modelgen.fit.together import Together, smooth_modes
-from modelgen.recordings import load_case, read_case_file
+from modelgen.language import Equation, Input, Model, Parameter, Port, j, pi
+from modelgen.recordings import Case, Recording, load_case, read_case_file
 from modelgen.truths import draw, write_case
 
 RNG = np.random.default_rng(3)
@@ -86,6 +88,31 @@ def test_a_smooth_error_is_found_where_there_is_one(tmp_path: Path, noise: str, 
     assert (process is not None) is found
     assert (gain > 0) is found
     assert process is None or process.rms in SIZES
+
+
+@pytest.mark.slow
+def test_a_law_that_is_far_off_is_no_error_of_the_instrument() -> None:
+    """A ferrite choke beyond its self-resonance: two relaxations, of which the catalogue's one law leaves
+    seventeen times the noise."""
+    f = Input("f", "Hz")
+    R, L = Parameter("R", "ohm", 0.1, (0.0, 100.0)), Parameter("L", "H", 1e-6, (1e-9, 1.0))
+    omega, L_c = Equation("omega", 2 * pi * f, "rad/s"), Equation("L_c", L, "H")
+    Z_w = Equation("Z_w", R + j * omega * L_c, "ohm")
+    at = (("omega", omega.symbol),)
+    ports = (
+        Port("winding", "electrical_impedance", "Z_w", at),
+        Port("core", "inductance", "L_c", at),
+        Port("coil", "terminals", "Z", at),
+    )
+    coil = Model("coil", (f,), (R, L), (omega, L_c, Z_w, Equation("Z", Z_w, "ohm")), ("Z",), ports)
+    rng, hertz = np.random.default_rng(3), np.linspace(5e4, 4e7, 250)
+    s = 2j * np.pi * hertz
+    late = s / (2 * np.pi * 6e6)
+    z = 0.3 + s * 54e-6 / (1 + 0.5 * late**0.8 + 0.05 * late**0.3)
+    z = z / (1 + s * 6.5e-12 * z) * (1 + 2e-4 * (rng.normal(size=250) + 1j * rng.normal(size=250)))
+    v = diagnose(Case(None, "coil", (Recording("z", None, "fit", {"f": hertz}, {"Z": z}),)), coil)
+    assert {e.id for e in v.effects} == {"permeability_relaxation", "coil_capacitance"}
+    assert v.after.fit_over_noise > 10 and v.before.fit_over_noise > 1000
 
 
 def test_what_motion_errors_alone_give_is_told_by_records_without_the_effect(tmp_path: Path) -> None:

@@ -82,7 +82,7 @@ def conclude(
         traces=shown,
         curve=port_curve(setting, outcome, best, sensitivities, port),
         notes=(
-            *notes, *gate.notes, *vague, *bound_note(setting, outcome.base), *blind_note(outcome),
+            *notes, *gate.notes, *vague, *bound_note(setting, outcome.base), *blind_note(setting, outcome),
             *held.notes, *holdout_note(held),
         ),
         noise=gate.noise,

@@ -13,7 +13,7 @@ from modelgen.diagnose.base import fit_base
 from modelgen.diagnose.conclude import conclude
 from modelgen.diagnose.gate.hum import hum
 from modelgen.diagnose.gate.leftover import Leftover
-from modelgen.diagnose.gate.mirrored import mirrored
+from modelgen.diagnose.gate.mirrored import mirrored, opposed
 from modelgen.diagnose.gate.oddities import mains, saturation
 from modelgen.diagnose.hypotheses.hypothesis import additions, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
@@ -86,7 +86,8 @@ def diagnose(
     ground, setting, outcome = _searched(model, case, ground, catalogue, seed, progress)
     if progress:
         progress(0.9, "deciding")
-    return conclude(setting, ground.notes, ground.marks, ground.oddity, outcome, out, begun)
+    notes = (*ground.notes, *opposed(model, case, ground.base, outcome.best, seed))
+    return conclude(setting, notes, ground.marks, ground.oddity, outcome, out, begun)
 
 
 def in_order(model: Model) -> Model:

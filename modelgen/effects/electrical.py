@@ -1,5 +1,6 @@
 """Coils as they are: wires with resistance, stray flux, capacitance between turns, imperfect insulation."""
 
+from dataclasses import replace
 from typing import Any
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change
@@ -24,6 +25,13 @@ leakage_inductance = Effect(
     (Strength("L", "{port}*s", text="leakage inductance"),),
     add(lambda at, p: j * at["omega"] * p["L"]),
     needs=("omega",),
+)
+
+cell_inductance = replace(
+    leakage_inductance,
+    kinds=("terminals",),
+    also=("capacitance", "electrical_impedance"),  # which a capacitance shunts, as in an electrode's circuit
+    common=2.0,  # hardly a spectrum of a cell ends without
 )
 
 coil_ac_resistance = Effect(
@@ -136,6 +144,7 @@ lossy_capacitance = Effect(
 EFFECTS = (
     lead_resistance,
     leakage_inductance,
+    cell_inductance,
     coil_ac_resistance,
     skin_effect,
     layered_winding,

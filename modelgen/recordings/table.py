@@ -1,4 +1,8 @@
-"""CSV with one header line of `name [unit]`: read fast, and when a cell is wrong, say which one."""
+"""CSV with one header line of `name [unit]`: read fast, and when a cell is wrong, say which one.
+
+Text of other programs as well: columns apart by blanks, comments that start with an asterisk, and impedances
+as loudspeaker programs exchange them (.zma), which have no header.
+"""
 
 from __future__ import annotations
 
@@ -95,7 +99,8 @@ class Table:
                 return self._cell_by_cell(wanted)
             rows = [row.replace(",", ".") for row in rows]
         try:
-            values = np.loadtxt(rows, delimiter=self.delimiter, comments=None, ndmin=2, dtype=np.float64)
+            apart = None if self.delimiter == " " else self.delimiter
+            values = np.loadtxt(rows, delimiter=apart, comments=None, ndmin=2, dtype=np.float64)
         except ValueError:
             return self._cell_by_cell(wanted)
         if values.shape[1] == len(self.columns):
@@ -138,35 +143,56 @@ def _is_number(cell: str) -> bool:
     return True
 
 
+def _starts(row: str) -> bool:
+    """Whether a row is one of numbers, apart by blanks."""
+    return all(map(_is_number, row.split()))
+
+
 def split(row: str, delimiter: str = ",") -> list[str]:
-    """The cells of one line; quotes are allowed."""
+    """The cells of one line; quotes are allowed, but for blanks between them."""
+    if delimiter == " ":
+        return row.split()
     try:
         return next(csv.reader([row], skipinitialspace=True, delimiter=delimiter), [])
     except csv.Error:
         return row.split(delimiter)
 
 
+TITLE = re.compile(r"[^\s\[\]][^\[\]]*\[[^\[\]]*\]")
+"""'name [unit]', where blanks separate columns."""
+ZMA = ("f [Hz]", "|Z| [ohm]", "phase [deg]")
+"""What the columns of a .zma file are."""
+
+
 def _delimiter(header: str) -> str:
-    """What separates columns: a comma; a semicolon or a tab in a header that has no comma."""
-    return next((d for d in (",", ";", "\t") if d in header), ",")
+    """What separates columns: a comma; a semicolon or a tab in a header that has no comma; or blanks."""
+    blank = " " if len(TITLE.findall(header)) > 1 else ","
+    return next((d for d in (",", ";", "\t") if d in header), blank)
+
+
+def _titles(header: str, delimiter: str) -> list[str]:
+    return TITLE.findall(header) if delimiter == " " else split(header, delimiter)
 
 
 def read_table(path: Path) -> Table:
-    """Read header and rows of a CSV file. Blank lines and lines that start with # are skipped.
+    """Read header and rows of a CSV file. Blank lines and lines that start with # or * are skipped.
 
-    Semicolons or tabs may separate columns, and with them decimals may have commas.
+    Semicolons, tabs or blanks may separate columns, and with them decimals may have commas.
 
     Raises InputError when the file is missing, not text, empty, or holds no more than a header.
     """
     text = read_text(path).replace("\r\n", "\n").replace("\r", "\n")
     rows = text.split("\n")
-    kept = [n for n, row in enumerate(rows) if row and not row.isspace() and not row.lstrip().startswith("#")]
+    kept = [n for n, row in enumerate(rows) if row.strip() and not row.lstrip().startswith(("#", "*"))]
     if not kept:
         raise fail(f"{path}: the file is empty; wanted a header of 'name [unit]' columns, then numbers")
     first = kept[0]
     delimiter = _delimiter(rows[first])
-    columns = tuple(Column.read(i, cell) for i, cell in enumerate(split(rows[first], delimiter)))
-    if all(_is_number(c.title) for c in columns):
+    if path.suffix.lower() == ".zma" and len(rows[first].split()) == len(ZMA) and _starts(rows[first]):
+        columns = tuple(Column.read(i, cell) for i, cell in enumerate(ZMA))
+        return Table(path, first + 1, columns, np.array(kept) + 1, [rows[n] for n in kept], " ")
+    columns = tuple(Column.read(i, cell) for i, cell in enumerate(_titles(rows[first], delimiter)))
+    if all(_is_number(c.title) for c in columns) or _starts(rows[first]):
         raise fail(f"{path}, line {first + 1}: {show(rows[first])} is no header of 'name [unit]' columns")
     if len(kept) == 1:
         raise fail(f"{path}, line {first + 1}: a header, but no data below it")

@@ -14,8 +14,10 @@ from modelgen.diagnose.hypotheses.setting import Outcome, Setting
 from modelgen.diagnose.verdict import Finding
 
 
-def blind_note(outcome: Outcome) -> tuple[str, ...]:
-    ids = sorted({a.id for a in outcome.blind})
+def blind_note(setting: Setting, outcome: Outcome) -> tuple[str, ...]:
+    """What none of its laws, at no port, would be seen by."""
+    blind = {a.key for a in outcome.blind}
+    ids = sorted({a.id for a in outcome.blind} - {a.id for a in setting.additions if a.key not in blind})
     if not ids:
         return ()
     return (f"these recordings can't show {', '.join(ids)}: free parameters of the model do the same",)

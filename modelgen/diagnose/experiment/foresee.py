@@ -118,7 +118,8 @@ def _left(rivals: Rivals, truth: Fit, rival: Fit, new: Series) -> Exclusion:
     n = effective(truth.white)
     more_data, local = log((n + new.data.size) / n), GaussNewton(max_iter=20, tol=1e-3)
     worst: Exclusion | None = None
-    for point in _starts(e.layout, added, start):
+    own = [a for a, b in zip(added, rival.hypothesis.added, strict=True) if b.key not in truth.hypothesis.key]
+    for point in _starts(e.layout, own, start):
         with np.errstate(all="ignore"):
             try:
                 found = local.run(e.problem(point, whiteners))
@@ -139,7 +140,8 @@ def _left(rivals: Rivals, truth: Fit, rival: Fit, new: Series) -> Exclusion:
 
 
 def _starts(layout: Layout, added: Sequence[Addition], theta: Array) -> list[Array]:
-    """θ, and with the shapes of the rival's effects elsewhere: a new record may ask for quite others."""
+    """θ, and with the shapes of the rival's own effects (`added`) elsewhere: a new record may ask for quite
+    others."""
     starts = [theta]
     for a in added:
         grid = a.grid()
@@ -228,7 +230,9 @@ def _inexact(e: Experiment, truth: Fit, theta: Array, out: Array, empty: Series)
     nulls = {f"{a.id}_{q.name}": q.null for a in truth.hypothesis.added for q in a.effect.strengths}
     base = np.array([nulls.get(n, x) for n, x in zip(e.layout.names, theta, strict=True)])
     without = e.raw(base, 0) + empty.data
-    change = np.sqrt(np.mean((out - without) ** 2, axis=0) * (len(out) if empty.measure == "complex" else 1))
+    with np.errstate(over="ignore", invalid="ignore"):
+        mean = np.mean((out - without) ** 2, axis=0)
+    change = np.sqrt(mean * (len(out) if empty.measure == "complex" else 1))
     return np.where(np.isfinite(change), INEXACT * change, 0.0)
 
 

@@ -89,10 +89,11 @@ def _chances(rivals: Rivals, truth: Fit, view: _View, new: Made, times: Sequence
         w = new.whitener(n)
         r = w.apply(e).ravel()
         J = w.apply(view.slopes).transpose(0, 2, 1).reshape(-1, p)
-        A, g = view.before + J.T @ J, J.T @ r
-        if not (np.all(np.isfinite(A)) and np.all(np.isfinite(g)) and np.isfinite(r @ r)):
+        with np.errstate(over="ignore", invalid="ignore"):
+            A, g, rr = view.before + J.T @ J, J.T @ r, float(r @ r)
+        if not (np.all(np.isfinite(A)) and np.all(np.isfinite(g)) and np.isfinite(rr)):
             found.append(1.0)
             continue
-        more = max(float(r @ r - _step(A, g) @ g), 0.0) / rivals.scale
+        more = max(rr - float(_step(A, g) @ g), 0.0) / rivals.scale
         found.append(chance(view.fit.bic - truth.bic + more / rivals.judge.temper, more))
     return np.array(found)

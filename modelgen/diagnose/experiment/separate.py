@@ -121,9 +121,14 @@ def propose(
             break
         better = max(FAIR, top.worth + BETTER if top else 0.0)
         found = _foreseen(group, plan, odds) if hope > better else None
-        if found is not None and found.worth > better:
+        if found is not None and found.worth > better and _parts(found):
             top = found
     return top
+
+
+def _parts(found: Proposal) -> bool:
+    """Whether rivals would stay behind: what leaves one of them ahead is no separation."""
+    return found.separation > CLEAR or found.lead > 0
 
 
 def _promising(group: Rivals, odds: Sequence[float]) -> list[tuple[Plan, float]]:

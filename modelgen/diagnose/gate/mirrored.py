@@ -1,4 +1,5 @@
-"""Impedances that were recorded with the other sign of time: their imaginary parts have the other sign."""
+"""Recordings with the other sign: impedances of the other sign of time, whose imaginary parts have it; forces
+that count positive the other way."""
 
 from __future__ import annotations
 
@@ -7,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
-from modelgen.diagnose.hypotheses.refit import Fit, base_starts
+from modelgen.diagnose.hypotheses.refit import Fit, base_starts, misfit
 from modelgen.diagnose.search.search import white_judge
 from modelgen.fit.series import make_series
 from modelgen.language import Model
@@ -37,4 +38,23 @@ def mirrored(model: Model, case: Case, base: Fit, seed: int) -> tuple[str, ...]:
     return (
         f"the model is {np.sqrt(base.chi2 / other.chi2):.2g} times nearer to the complex conjugate of these "
         "recordings: their Im Z may have the sign of e^(−jωt), wanted that of e^(+jωt)",
+    )
+
+
+def opposed(model: Model, case: Case, base: Fit, best: Fit, seed: int) -> tuple[str, ...]:
+    """A note where the base, far from what was recorded over time, is near its negative, and nearer than the
+    `best` that effects make of it: a mass on a spring may look so, but it would have been found."""
+    series = base.hypothesis.experiment.series
+    far = base.chi2 > FAR * sum(e.size for e in base.white)
+    if not far or not model.is_time_model or len(series[0].data) != 1:
+        return ()
+    turned = tuple(replace(s, data=-s.data) for s in series)
+    h = make_hypotheses(model, case, turned, [()])[0]
+    other = white_judge(turned).fit(h, [base.theta, *base_starts(h, seed, 8)])
+    if misfit(other) > min(LESS * misfit(base), misfit(best)):
+        return ()
+    nearer = np.sqrt(misfit(base) / misfit(other))
+    return (
+        f"the model alone is {nearer:.2g} times nearer to the negative of these recordings: "
+        f"{model.outputs[0].name} may count positive the other way",
     )

@@ -26,7 +26,7 @@ def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judg
     best = _likeliest(s, judge, [base, *fits])
     plain = tuple(replace(x.whitener, ar=None) for x in s.series)
     white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
-    if gross(s, white) and not _smooth(s, judge, best, white):
+    if gross(s, white) and not near_smooth(s, judge, best, white):
         new = Judge(plain, judge.prior, correlation_length(white), judge.excess)
         return new, new.look(base.hypothesis, base.theta), [new.look(f.hypothesis, f.theta) for f in fits]
     filters = coloured(plain, white, s.colour, s.model.is_time_model)
@@ -93,7 +93,7 @@ def _alike(a: Judge, b: Judge) -> bool:
     return all(len(x) == len(y) and np.allclose(x, y, atol=0.1) for x, y in pairs)
 
 
-def _smooth(s: Setting, judge: Judge, best: Fit, white: Sequence[Array]) -> bool:
+def near_smooth(s: Setting, judge: Judge, best: Fit, white: Sequence[Array]) -> bool:
     """Whether what is left may be a smooth error of the instrument, no larger than those have been seen."""
     if s.model.is_time_model:
         return False

@@ -9,9 +9,9 @@ import numpy as np
 
 from modelgen.diagnose.hypotheses.evidence import levels
 from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis, make_hypotheses
-from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Outcome, Progress, Setting
-from modelgen.diagnose.noise.recolour import judged_anew, recolour, recolour_pairs
+from modelgen.diagnose.noise.recolour import judged_anew, near_smooth, recolour, recolour_pairs
 from modelgen.diagnose.noise.replica import TIMES, motion_matters, replicas, undeserved, unfair
 from modelgen.diagnose.noise.smooth_error import quietness, smooth_error, with_smooth
 from modelgen.diagnose.search.claim import gains, hidden, own_gain, worse
@@ -156,7 +156,8 @@ def _concluded(
     Not before: what a second effect does to sweeps is smooth, too. Then single effects are screened again,
     as their optima may lie elsewhere.
     """
-    smooth = None if s.model.is_time_model or judge.temper > 1.0 else smooth_error(judge, best)[2]
+    may = judge.temper == 1.0 and near_smooth(s, judge, best, plain_white(best))
+    smooth = smooth_error(judge, best)[2] if may else None
     if smooth is None:
         base, best, *tried = [judge.look(f.hypothesis, f.theta) for f in (base, best, *tried)]
         fair = _among_rivals(s, judge, best, [base, best, *tried])
