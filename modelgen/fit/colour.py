@@ -29,6 +29,8 @@ MEMORY = 64
 """Samples that its filter looks back, at a third of a record or less."""
 ALIKE = (0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.995)
 """Correlations of neighbours among which the likelihood chooses where all recordings have the same."""
+FEWEST = 10
+"""Samples that tell one number of a colour."""
 CLEAN = 8
 """Power of a row's smallest share by which it counts in an AR's estimate: what is half other noise,
 hardly."""
@@ -41,7 +43,7 @@ def autoregression(white: Array, most: int, share: Array | None = None) -> Array
     samples.
     """
     n = white.shape[1]
-    most = int(min(most, n // 10))
+    most = int(min(most, n // FEWEST))
     if most < 1:
         return np.ones(1)
     x = white - white.mean(axis=1, keepdims=True)
@@ -113,7 +115,7 @@ def coloured(
     All whiteners of a recording have the same determinant, so that sums of squares compare as likelihoods.
     """
     own = [_coloured(w, x, most, slow) for w, x in zip(whiteners, white, strict=True)]
-    if slow or most < 1 or len(white) < 2:
+    if slow or most < 1 or len(white) < 2 or min(x.shape[1] for x in white) < FEWEST:
         return tuple(w for w, _ in own)
     most_alike = _longest(min(x.shape[1] for x in white))
     alike = min(
