@@ -12,7 +12,7 @@ from scipy import signal
 
 import modelgen as mg
 from modelgen.diagnose import diagnose
-from modelgen.diagnose.gate import sober
+from modelgen.diagnose.gate import likeliest_path
 from modelgen.diagnose.verdict import Verdict
 from modelgen.recordings.kinematics import kinematics
 
@@ -100,5 +100,5 @@ def test_a_colour_that_nobody_stated_is_no_reason_to_trust_a_path(
     white = np.random.default_rng(4).standard_normal((1, 500))
     setting: Any = SimpleNamespace(series=[SimpleNamespace(stated=stated)])
     base: Any = SimpleNamespace(white=[white])
-    monkeypatch.setattr(sober, "plain_white", lambda _: [8 * white])
-    assert sober._doubtless(setting, base) is beyond
+    monkeypatch.setattr(likeliest_path, "plain_white", lambda _: [8 * white])
+    assert likeliest_path._doubtless(setting, base) is beyond

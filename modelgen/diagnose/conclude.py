@@ -17,7 +17,7 @@ from modelgen.diagnose.account.show import port_curve, port_sensitivities, trace
 from modelgen.diagnose.account.words import blind_note, bound_note, holdout_note, spare_values, summary
 from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled
 from modelgen.diagnose.gate.leftover import Leftover
-from modelgen.diagnose.gate.sober import sober
+from modelgen.diagnose.gate.likeliest_path import kept_along_path
 from modelgen.diagnose.gate.unlisted import named_rather, with_rivals
 from modelgen.diagnose.gate.vague import told
 from modelgen.diagnose.hypotheses.averaged import averaged, parameters
@@ -98,7 +98,7 @@ def _stands(
     oddity: Leftover | None,
 ) -> tuple[Setting, Outcome, Gate]:
     """What is claimed, or nothing where errors of the recorded path explain as much."""
-    found = sober(setting, outcome)
+    found = kept_along_path(setting, outcome)
     if found is None:
         return setting, outcome, gate
     again = judge_adequacy(*found, sensitivities, oddity)

@@ -36,7 +36,7 @@ ROUNDS = 2
 """Times that an account is fitted under the errors that it makes itself."""
 
 
-def sober(setting: Setting, outcome: Outcome) -> tuple[Setting, Outcome] | None:
+def kept_along_path(setting: Setting, outcome: Outcome) -> tuple[Setting, Outcome] | None:
     """The base as the verdict, where it leaves but noise along its own likeliest path and nothing gains
     enough under the errors of that path; None where claims stand, or those errors are slight or explain
     nothing."""
@@ -85,10 +85,10 @@ def _judged(s: Setting, judge: Judge, base: Fit, outcome: Outcome) -> Outcome:
     return Outcome(judge, base, chosen, tuple(fits), outcome.blind)
 
 
-def _sure(judge: Judge, simple: Fit, best: Fit, series: Sequence[Series]) -> bool:
-    """Whether `best` as it is, not fitted again, is by far ahead of a simple account."""
+def _sure(judge: Judge, base: Fit, best: Fit, series: Sequence[Series]) -> bool:
+    """Whether `best` as it is, not fitted again, is by far ahead of the base."""
     seen = judge.look(on(best.hypothesis, series), best.theta)
-    return simple.bic - seen.bic > SURE and _allowed(simple, seen)
+    return base.bic - seen.bic > SURE and _allowed(base, seen)
 
 
 def _allowed(old: Fit, new: Fit) -> bool:
@@ -100,11 +100,11 @@ def _allowed(old: Fit, new: Fit) -> bool:
     return old.chi2 - new.chi2 - price > ALARM * (len(new.ids) - len(old.ids))
 
 
-def _anew(judge: Judge, simple: Fit, f: Fit, series: Sequence[Series]) -> Fit:
-    """`f` fitted over other series of the same recordings, also from the parameters of a simpler account."""
+def _anew(judge: Judge, base: Fit, f: Fit, series: Sequence[Series]) -> Fit:
+    """`f` fitted over other series of the same recordings, also from the parameters of the base."""
     h = on(f.hypothesis, series)
-    known = {n: float(x) for n, x in zip(h.names, f.theta, strict=True) if n not in simple.hypothesis.names}
-    return judge.fit(h, [f.theta, h.place(simple.hypothesis, simple.theta, known)])
+    known = {n: float(x) for n, x in zip(h.names, f.theta, strict=True) if n not in base.hypothesis.names}
+    return judge.fit(h, [f.theta, h.place(base.hypothesis, base.theta, known)])
 
 
 def _with_path(setting: Setting, account: Fit) -> tuple[Series, ...] | None:
