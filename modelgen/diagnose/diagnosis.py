@@ -230,7 +230,8 @@ def _searched(
     """The search; and once more, where what it found lays outliers open that the base's misfit had hidden."""
     setting = set_up(model, case, ground, catalogue)
     outcome = search(setting, ground.base, ground.judge, progress)
-    seen = laid_open(outcome.best, ground.bare, ground.marks)
+    few = not model.is_time_model  # of the samples over time a few more or less say little
+    seen = laid_open(outcome.best, ground.bare, ground.marks) if few else None
     if seen is None:
         return ground, setting, outcome
     notes = tuple(n for n in ground.notes if n not in marked(ground.series, ground.marks))

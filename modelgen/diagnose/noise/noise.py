@@ -91,13 +91,15 @@ def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
     return outliers(white, least=max(steps, default=0.0))
 
 
+FITS = 2.3
+"""Times the noise that a law which fits leaves at most: its level was estimated of what the base left."""
 HIDDEN = 100.0
 """Squares of newly found outliers, over the noise, that are worth a second search."""
 
 
 def laid_open(best: Fit, bare: Sequence[Series], marks: Sequence[Array]) -> list[Array] | None:
     """Outliers of each recording, (n,) bool, as a law that fits shows them; None where none that matters is
-    new.
+    new, or the law leaves more than noise itself.
 
     bare: the recordings with their outliers.
     """
@@ -106,6 +108,8 @@ def laid_open(best: Fit, bare: Sequence[Series], marks: Sequence[Array]) -> list
     for k, (s, known) in enumerate(zip(bare, marks, strict=True)):
         found.append(outliers_of(e, best.theta, k))
         white = s.whitener.apply(e.raw(best.theta, k))
+        if np.mean(white[:, ~found[-1]] ** 2) > FITS**2:
+            return None
         weight += float(np.sum(white[:, found[-1] & ~known] ** 2))
     return found if weight > HIDDEN else None
 

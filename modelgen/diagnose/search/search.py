@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from modelgen.diagnose.hypotheses.evidence import levels
+from modelgen.diagnose.hypotheses.evidence import Smooth, levels
 from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis, make_hypotheses
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, plain_white
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Outcome, Progress, Setting
 from modelgen.diagnose.noise.recolour import judged_anew, near_smooth, recolour, recolour_pairs
 from modelgen.diagnose.noise.replica import TIMES, motion_matters, replicas, undeserved, unfair
@@ -158,18 +158,39 @@ def _concluded(
     """
     may = judge.temper == 1.0 and near_smooth(s, judge, best, plain_white(best))
     smooth = smooth_error(judge, best)[2] if may else None
-    if smooth is None:
-        base, best, *tried = [judge.look(f.hypothesis, f.theta) for f in (base, best, *tried)]
-        fair = _among_rivals(s, judge, best, [base, best, *tried])
-        if fair is not judge:
-            tried = [fair.look(f.hypothesis, f.theta) for f in (best, *tried)]
-            best = min((f for f in tried if len(f.ids) == len(best.ids)), key=lambda f: f.bic)
-        return Outcome(fair, base, best, tuple(tried), blind)
+    found = None if smooth is None else _with_smooth(s, judge, smooth, base, best, tried, blind, singles)
+    if found is not None:
+        return found
+    base, best, *tried = [judge.look(f.hypothesis, f.theta) for f in (base, best, *tried)]
+    fair = _among_rivals(s, judge, best, [base, best, *tried])
+    if fair is not judge:
+        tried = [fair.look(f.hypothesis, f.theta) for f in (best, *tried)]
+        best = min((f for f in tried if len(f.ids) == len(best.ids)), key=lambda f: f.bic)
+    return Outcome(fair, base, best, tuple(tried), blind)
+
+
+FARTHER = 9.0
+"""Times the squares of a hypothesis' residuals to which a smooth error may lead, no more."""
+
+
+def _with_smooth(
+    s: Setting,
+    judge: Judge,
+    smooth: Smooth,
+    base: Fit,
+    best: Fit,
+    tried: Sequence[Fit],
+    blind: tuple[Addition, ...],
+    singles: Sequence[Hypothesis],
+) -> Outcome | None:
+    """The outcome under a smooth error of the instrument; None where that would become all of the recording:
+    a model of next to nothing misses all of it, smoothly."""
     lnf = [np.log(x.inputs[s.model.axis]) for x in s.series]
     plain = tuple(replace(x.whitener, ar=None) for x in s.series)
     smoothed = replace(
         judge, whiteners=with_smooth(plain, lnf, smooth, quietness(s.series, plain)), smooth=smooth
     )
+    old = base
     judge, base, fits = judged_anew(s, smoothed, base, tried)
     if best.ids:
         fits = better_of(fits, screened(s, base, judge, singles)[1])
@@ -179,6 +200,9 @@ def _concluded(
         alarm = ALARM * (size - len(chosen.ids))
         if chosen.bic - first.bic > alarm and own_gain(s, judge, chosen, first) > alarm:
             chosen = first
+    before = next((f for f in (old, *tried) if f.hypothesis.key == chosen.hypothesis.key), old)
+    if misfit(chosen) > FARTHER * misfit(before):
+        return None
     return Outcome(judge, base, chosen, tuple(fits), blind)
 
 
