@@ -178,8 +178,14 @@ def conceal(rng: Rng, plain: Secret, d2: tuple[float, float], ratio: float | Non
 
 
 def _together(scene: Scene, strength: Mapping[str, Mapping[str, Any]]) -> tuple[dict[str, float], Refit]:
-    """d² of each effect with all numbers of the others' forms free, and the base model nearest to all."""
-    y = scene.simulate(strength)
+    """d² of each effect with all numbers of the others' forms free, and the base model nearest to all.
+
+    Raises NotDetectable where one hides the other, or both together run away.
+    """
+    with np.errstate(all="ignore"):
+        y = scene.simulate(strength)
+    if not all(np.all(np.isfinite(x)) for x in y):
+        raise NotDetectable(f"{' and '.join(strength)} together run away")
     depth = {}
     for effect in strength:
         others = [dy for o in strength if o != effect for dy in tangents(scene, strength, o)]
