@@ -421,3 +421,10 @@ def test_a_port_is_right_where_the_effect_acts() -> None:
         for d in ("impedance", "stiffness")
     }
     assert by_domain == {"impedance": True, "stiffness": False}
+
+
+def test_effects_that_run_away_together_are_drawn_again():
+    """A spring that softens with the cube of a stroke to which its yielding joint adds has no equilibrium."""
+    both = ("cubic_stiffness", "contact_compliance")
+    secret = drawing.draw(203400164, "pair", "force", both, noise="coloured", ratio=20.0)
+    assert all(np.all(np.isfinite(y)) for y in drawing.scene_of(secret).simulate(secret.strength))
