@@ -93,7 +93,7 @@ def test_a_smooth_error_is_found_where_there_is_one(tmp_path: Path, noise: str, 
 @pytest.mark.slow
 def test_a_law_that_is_far_off_is_no_error_of_the_instrument() -> None:
     """A ferrite choke beyond its self-resonance: two relaxations, of which the catalogue's one law leaves
-    seventeen times the noise."""
+    many times the noise."""
     f = Input("f", "Hz")
     R, L = Parameter("R", "ohm", 0.1, (0.0, 100.0)), Parameter("L", "H", 1e-6, (1e-9, 1.0))
     omega, L_c = Equation("omega", 2 * pi * f, "rad/s"), Equation("L_c", L, "H")
@@ -111,8 +111,8 @@ def test_a_law_that_is_far_off_is_no_error_of_the_instrument() -> None:
     z = 0.3 + s * 54e-6 / (1 + 0.5 * late**0.8 + 0.05 * late**0.3)
     z = z / (1 + s * 6.5e-12 * z) * (1 + 2e-4 * (rng.normal(size=250) + 1j * rng.normal(size=250)))
     v = diagnose(Case(None, "coil", (Recording("z", None, "fit", {"f": hertz}, {"Z": z}),)), coil)
-    assert {e.id for e in v.effects} == {"permeability_relaxation", "coil_capacitance"}
-    assert v.after.fit_over_noise > 10 and v.before.fit_over_noise > 1000
+    assert {"permeability_relaxation", "coil_capacitance"} <= {e.id for e in v.effects}
+    assert v.after.fit < 0.05 * v.before.fit  # ohm: not by counting it as noise
 
 
 def test_what_motion_errors_alone_give_is_told_by_records_without_the_effect(tmp_path: Path) -> None:
