@@ -47,7 +47,6 @@ class Ground:
     base: Fit
     judge: Judge
     marks: tuple[Array, ...]
-    notes: tuple[str, ...]
     oddity: Leftover | None = None
     others: tuple[Array, ...] = ()
     """θ of the base's other optima, not much worse."""
@@ -77,16 +76,16 @@ def diagnose(
     if progress:
         progress(0.02, "reading")
     case, notes = thin(model, case)
-    case, ground = _prepared(model, case, seed)
+    case, ground, smooth = _prepared(model, case, seed)
     seen = (*unresolved(model, ground.series), *mirrored(model, case, ground.base, seed))
-    notes = (*notes, *unknown_kinds(model, catalogue))
-    ground = replace(ground, notes=(*notes, *seen, *ground.notes))
+    notes = (*notes, *unknown_kinds(model, catalogue), *seen, *smooth)
     if progress:
         progress(0.15, "base fitted")
     ground, setting, outcome = _searched(model, case, ground, catalogue, seed, progress)
     if progress:
         progress(0.9, "deciding")
-    notes = (*ground.notes, *opposed(model, case, ground.base, outcome.best, seed))
+    turned = opposed(model, case, ground.base, outcome.best, seed)
+    notes = (*notes, *marked(ground.series, ground.marks), *turned)
     return conclude(setting, notes, ground.marks, ground.oddity, outcome, out, begun)
 
 
@@ -98,14 +97,14 @@ def in_order(model: Model) -> Model:
     return replace(model, inputs=(*model.inputs, previous(axis)))
 
 
-def _prepared(model: Model, case: Case, seed: int) -> tuple[Case, Ground]:
-    """The case with inputs that ran as the base says they did between their samples, and its ground."""
+def _prepared(model: Model, case: Case, seed: int) -> tuple[Case, Ground, tuple[str, ...]]:
+    """The case with inputs that ran as the base says they did between their samples, its ground, and a note
+    where they ran smoothly."""
     ground = prepare(model, case, seed)
     smooth = smoothly_driven(model, case, ground.base, ground.judge)
     if smooth is None:
-        return case, ground
-    ground = prepare(model, smooth, seed)
-    return smooth, replace(ground, notes=(SMOOTH, *ground.notes))
+        return case, ground, ()
+    return smooth, prepare(model, smooth, seed), (SMOOTH,)
 
 
 SMOOTH = "inputs ran smoothly between their samples: with straight lines the base fits far worse"
@@ -145,7 +144,7 @@ def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> 
     base = make_hypotheses(model, case, series, [()])
     judge = white_judge(series)
     fit = judge.fit(base[0], [fit.theta, *base_starts(base[0], seed, 4)])
-    return Ground(series, bare, fit, judge, marks, marked(series, marks), oddity, others)
+    return Ground(series, bare, fit, judge, marks, oddity, others)
 
 
 def _oddity(
@@ -234,9 +233,7 @@ def _searched(
     seen = laid_open(outcome.best, ground.bare, ground.marks) if few else None
     if seen is None:
         return ground, setting, outcome
-    notes = tuple(n for n in ground.notes if n not in marked(ground.series, ground.marks))
-    again = prepare(model, case, seed, seen)
-    ground = replace(again, notes=(*notes, *again.notes))
+    ground = prepare(model, case, seed, seen)
     setting = set_up(model, case, ground, catalogue)
     return ground, setting, search(setting, ground.base, ground.judge, progress)
 
@@ -264,6 +261,6 @@ def outcome_of(
     """Setting and outcome without a verdict, for studies of the search itself."""
     model = in_order(model)
     case, _ = thin(model, case)
-    case, ground = _prepared(model, case, seed)
+    case, ground, _ = _prepared(model, case, seed)
     _, setting, outcome = _searched(model, case, ground, catalogue, seed)
     return setting, outcome

@@ -27,7 +27,7 @@ SLOW = (0.25, 0.5, 0.75)
 """Powers of 1/f that slow noise falls with in amplitude."""
 MEMORY = 64
 """Samples that its filter looks back, at a third of a record or less."""
-ALIKE = (0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.995)
+SHARED = (0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.995)
 """Correlations of neighbours among which the likelihood chooses where all recordings have the same."""
 FEWEST = 10
 """Samples that tell one number of a colour."""
@@ -117,14 +117,14 @@ def coloured(
     own = [_coloured(w, x, most, slow) for w, x in zip(whiteners, white, strict=True)]
     if slow or most < 1 or len(white) < 2 or min(x.shape[1] for x in white) < FEWEST:
         return tuple(w for w, _ in own)
-    most_alike = _longest(min(x.shape[1] for x in white))
-    alike = min(
-        (_alike(whiteners, white, rho) for rho in ALIKE if rho < most_alike), key=lambda found: found[1]
+    longest = _longest(min(x.shape[1] for x in white))
+    shared = min(
+        (_shared(whiteners, white, rho) for rho in SHARED if rho < longest), key=lambda found: found[1]
     )
-    return alike[0] if alike[1] < sum(price for _, price in own) else tuple(w for w, _ in own)
+    return shared[0] if shared[1] < sum(price for _, price in own) else tuple(w for w, _ in own)
 
 
-def _alike(
+def _shared(
     whiteners: Sequence[Whitener], white: Sequence[Array], rho: float
 ) -> tuple[tuple[Whitener, ...], float]:
     """Whiteners of x_t = rho x_{t−1} + independent noise in all recordings, and −2 ln of their likelihood

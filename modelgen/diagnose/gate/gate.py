@@ -16,7 +16,7 @@ from modelgen.diagnose.gate.unlisted import best_unlisted, cheaper, refused, wit
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE
 from modelgen.diagnose.hypotheses.refit import Fit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting
-from modelgen.diagnose.noise.noise import first_order, modelled_output, standing_alone
+from modelgen.diagnose.noise.noise import FITS, first_order, modelled_output, standing_alone
 from modelgen.diagnose.noise.recolour import GROSS_ESTIMATED, beyond, own_colour
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
@@ -38,9 +38,6 @@ BETTER = 0.9
 evidence."""
 CREDIBLE = 1.35
 """A stated noise is believed when the best hypothesis leaves 1/CREDIBLE to CREDIBLE times as much."""
-GROSS = 2.3
-"""A residual this many times the stated noise is not noise: a factor of two is soon forgotten, more is
-not, unless neighbours scatter as much."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +72,7 @@ def judge_adequacy(
     scatter = float(np.mean([local_scatter(x) ** 2 for e in plain for x in e])) if many else 1.0
     stated = all(s.stated for s in setting.series)
     # a level that was estimated of the base's residual holds what the base misses from sample to sample
-    limit = GROSS * beyond(np.sqrt(scatter)) if stated else GROSS_ESTIMATED * min(1.0, np.sqrt(scatter))
+    limit = FITS * beyond(np.sqrt(scatter)) if stated else GROSS_ESTIMATED * min(1.0, np.sqrt(scatter))
     gross = many and not _smooth(setting, outcome) and np.sqrt(after) > limit
     gross = gross and (stated or not all(first_order(e, len(plain)) for e in plain))
     left = leftover(setting.model, outcome.judge, best, sensitivities)

@@ -3,6 +3,7 @@ that count positive the other way."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, base_starts, misfit
 from modelgen.diagnose.search.search import white_judge
-from modelgen.fit.series import make_series
+from modelgen.fit.series import Series, make_series
 from modelgen.language import Model
 from modelgen.recordings import Case
 
@@ -31,8 +32,7 @@ def mirrored(model: Model, case: Case, base: Fit, seed: int) -> tuple[str, ...]:
         replace(make_series(model, case, r), whitener=replace(s.whitener, weight=np.conj(s.whitener.weight)))
         for r, s in zip(records, series, strict=True)
     )
-    h = make_hypotheses(model, case, turned, [()])[0]
-    other = white_judge(turned).fit(h, [base.theta, *base_starts(h, seed, 8)])
+    other = _refitted(model, case, turned, base, seed)
     if other.chi2 > LESS * base.chi2:
         return ()
     return (
@@ -48,9 +48,7 @@ def opposed(model: Model, case: Case, base: Fit, best: Fit, seed: int) -> tuple[
     far = base.chi2 > FAR * sum(e.size for e in base.white)
     if not far or not model.is_time_model or len(series[0].data) != 1:
         return ()
-    turned = tuple(replace(s, data=-s.data) for s in series)
-    h = make_hypotheses(model, case, turned, [()])[0]
-    other = white_judge(turned).fit(h, [base.theta, *base_starts(h, seed, 8)])
+    other = _refitted(model, case, [replace(s, data=-s.data) for s in series], base, seed)
     if misfit(other) > min(LESS * misfit(base), misfit(best)):
         return ()
     nearer = np.sqrt(misfit(base) / misfit(other))
@@ -58,3 +56,9 @@ def opposed(model: Model, case: Case, base: Fit, best: Fit, seed: int) -> tuple[
         f"the model alone is {nearer:.2g} times nearer to the negative of these recordings: "
         f"{model.outputs[0].name} may count positive the other way",
     )
+
+
+def _refitted(model: Model, case: Case, turned: Sequence[Series], base: Fit, seed: int) -> Fit:
+    """The base fitted to recordings that have been `turned`."""
+    h = make_hypotheses(model, case, turned, [()])[0]
+    return white_judge(turned).fit(h, [base.theta, *base_starts(h, seed, 8)])

@@ -92,7 +92,8 @@ def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
 
 
 FITS = 2.3
-"""Times the noise that a law which fits leaves at most: its level was estimated of what the base left."""
+"""Times the noise that a law which fits leaves at most: a factor of two is soon forgotten where it is stated,
+and misjudged where it was estimated of what the base left."""
 HIDDEN = 100.0
 """Squares of newly found outliers, over the noise, that are worth a second search."""
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, Setting
+from modelgen.diagnose.noise.noise import FITS
 from modelgen.diagnose.noise.recolour import own_colour
 from modelgen.diagnose.noise.smooth_error import smooth_error
 
@@ -21,8 +22,6 @@ WORSE = 1.1
 errors of a differentiated motion gains under a filter and is further from the data."""
 MOSTLY = 0.25
 """Share of the evidence that coloured noise must leave: with less, it may be that, and more is asked."""
-FAR = 2.3
-"""Residuals this many times the noise are looked into further, although no single effect explains them."""
 
 
 def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
@@ -90,4 +89,4 @@ def hidden(s: Setting, judge: Judge, best: Fit, winner: Fit, depth: int) -> bool
 
 def _far(fit: Fit) -> bool:
     """Whether residuals are larger than a noise that is wrong by a factor of two."""
-    return any(float(np.mean(e[e != 0] ** 2)) > FAR**2 for e in plain_white(fit) if np.any(e))
+    return any(float(np.mean(e[e != 0] ** 2)) > FITS**2 for e in plain_white(fit) if np.any(e))
