@@ -298,27 +298,31 @@ def test_simpler_methods_find_what_they_can_and_nothing_in_noise():
 
 @pytest.mark.parametrize("domain", ["impedance", "force", "stiffness"])
 def test_the_true_law_is_as_good_as_can_be(domain, tmp_path):
-    """Against recordings as they are written, the noise-free truth has a hold-out ratio of one."""
+    """Against recordings as they are written, the noise-free truth has a hold-out ratio of one, but for what
+    the true law's numbers are off when they are fitted to the noise."""
     secret = draw(2, "single", domain, "inertia", noise="outliers")
     write_case(secret, tmp_path)
     scene = drawing.scene_of(secret)
     clean = scene.simulate(secret.strength)
-    held = []
+    made = []
     for i, e in enumerate(secret.setup.get("sweeps", secret.setup.get("records"))):
-        if e["role"] == "holdout":
-            x = np.loadtxt(tmp_path / f"rec_{i + 1}.csv", delimiter=",", skiprows=1).T
-            data = x[1] + 1j * x[2] if domain == "impedance" else x[2] if domain == "force" else x[1]
-            truth = rows(clean[i])
-            size = np.abs(data) if domain == "impedance" else np.ones(x.shape[1])
-            channels = rows(data) if domain == "impedance" else x[2:3] if domain == "force" else x[1:3]
-            left = truth - channels
-            inputs = {"f": x[0]}
-            if domain == "force":  # the law is evaluated on the motion as it was
-                inputs = dict(zip("zv", map(scene.motions[i].recorded, scene.motions[i].zva), strict=False))
-            far = (1.02 * truth - channels) / size
-            held.append(Record(True, far, inputs, data, data, data, channels, left, left / size))
-    reference = oracle.of_truth(secret, held)
-    assert reference.ratio([r.left for r in held]) == pytest.approx(1.0, abs=1e-6)
+        x = np.loadtxt(tmp_path / f"rec_{i + 1}.csv", delimiter=",", skiprows=1).T
+        data = x[1] + 1j * x[2] if domain == "impedance" else x[2] if domain == "force" else x[1]
+        truth = rows(clean[i])
+        size = np.abs(data) if domain == "impedance" else np.ones(x.shape[1])
+        channels = rows(data) if domain == "impedance" else x[2:3] if domain == "force" else x[1:3]
+        left = truth - channels
+        inputs = {"f": x[0]}
+        if domain == "force":  # the law is evaluated on the motion as it was
+            inputs = dict(zip("zv", map(scene.motions[i].recorded, scene.motions[i].zva), strict=False))
+        far = (1.02 * truth - channels) / size
+        made.append(
+            Record(e["role"] == "holdout", far, inputs, data, data, data, channels, left, left / size)
+        )
+    fit, held = [r for r in made if not r.holdout], [r for r in made if r.holdout]
+    reference = oracle.of_truth(secret, fit, held)
+    count = 9 * len(held) / sum(r.channels.size for r in fit) * (domain != "force")  # numbers, over samples
+    assert reference.ratio([r.left for r in held]) == pytest.approx(1.0, abs=1e-6 + 2 * count)
     assert reference.ratio([oracle.in_units(r, r.white) for r in held]) > 2
 
 

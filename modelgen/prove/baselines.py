@@ -37,7 +37,7 @@ def rivals(secret: Secret, verdict: Mapping[str, Any], folder: Path) -> dict[str
     """
     cases = records(folder / RESIDUALS)
     fit, held = [r for r in cases if not r.holdout], [r for r in cases if r.holdout]
-    truth = of_truth(secret, held)
+    truth = of_truth(secret, fit, held)
     found = {
         "chi2": ranking(verdict, fit),
         "gp": discrepancy.explain(fit, held),

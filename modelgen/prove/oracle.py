@@ -1,15 +1,15 @@
-"""What the true law would leave of a held-out recording: the noise that is really in it, which we know.
+"""What the true law, fitted to the same recordings, would leave of a held-out one.
 
 Chance alone lifts χ²/N of a sweep of 400 points above 1.05 once in six times, an offset or a smooth error of
-the instrument more often. Against the true law's own residual on the same samples, under the covariance that
-the noise really has (a colour or a smooth error weighs as one number, not as one a sample), 1 is as good as
-can be.
+the instrument more often; and parameters are as uncertain as few samples leave them. Against the residual of
+the true law on the same samples, its numbers fitted to the same noise, under the covariance that the noise
+really has (a colour or a smooth error weighs as one number, not as one a sample), 1 is as good as can be.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from modelgen.truths import Secret
 from modelgen.truths.drawing import scene_of
 from modelgen.truths.force import ForceScene
 from modelgen.truths.further import entries
-from modelgen.truths.solve import Scene
+from modelgen.truths.solve import Scene, tangents
 
 GROSS = 6.0
 """Samples whose own noise is so many times the median's are outliers, of which no law is at fault."""
@@ -33,7 +33,7 @@ class Reference:
     scene    the device as it was recorded
     at       of each held-out recording its place among the scene's
     data     of each all channels (channels, n), in their units
-    noise    of each what the true law leaves of them
+    noise    of each what the true law leaves of them, fitted
     gross    of each where a gross error lies, (n,) bool
     """
 
@@ -56,31 +56,75 @@ class Reference:
         return ours / theirs if theirs else None
 
 
-def of_truth(secret: Secret, held: Sequence[Record]) -> Reference | None:
-    """The true law on the held-out recordings.
+def of_truth(secret: Secret, fit: Sequence[Record], held: Sequence[Record]) -> Reference | None:
+    """The true law on the held-out recordings, its numbers fitted to the others.
 
     None where there is no true law (somebody's own case), or recordings were thinned.
     """
     if not secret.setup or not held:
         return None
     scene = scene_of(secret)
-    clean = scene.simulate(secret.strength)
-    at = [i for i, e in enumerate(entries(secret.setup)) if e["role"] == "holdout"]
-    if len(at) != len(held):
+    found = dict(zip(_places(secret, "holdout"), held, strict=False))
+    records = dict(zip(_places(secret, "fit"), fit, strict=False)) | found
+    if len(found) != len(held) or len(records) != len(fit) + len(held):
         return None
-    noises, gross = [], []
-    for i, r in zip(at, held, strict=True):
-        truth = _rows(clean[i])
-        if truth.shape[1] != r.channels.shape[1]:
-            return None
-        noise = r.channels - truth
-        if isinstance(scene, ForceScene):
-            noise = noise + _through(scene, i, r)
-        size = np.abs(scene.white(i, noise, r.channels))
-        noises.append(noise)
-        far = size > GROSS * np.median(size, axis=1, keepdims=True) / 0.6745
-        gross.append(np.any(far, axis=0) & bool(secret.levels.get("share")))
-    return Reference(scene, at, [r.channels for r in held], noises, gross)
+    clean = [_rows(x) for x in scene.simulate(secret.strength)]
+    if any(clean[i].shape[1] != r.channels.shape[1] for i, r in records.items()):
+        return None
+    noise = {i: r.channels - clean[i] for i, r in records.items()}
+    gross = {i: _gross(secret, scene.white(i, noise[i], r.channels)) for i, r in records.items()}
+    if isinstance(scene, ForceScene):  # thousands of samples tell its numbers as well as can be
+        noise = {i: x + _through(scene, i, records[i]) for i, x in noise.items()}
+    else:
+        noise = _fitted(secret, scene, records, noise, gross)
+    data, at = [r.channels for r in held], list(found)
+    return Reference(scene, at, data, [noise[i] for i in at], [gross[i] for i in at])
+
+
+def _places(secret: Secret, role: str) -> list[int]:
+    """Places in the scene of the recordings of one role."""
+    return [i for i, e in enumerate(entries(secret.setup)) if e["role"] == role]
+
+
+def _gross(secret: Secret, white: Array) -> npt.NDArray[np.bool_]:
+    """Where in a recording gross errors lie, if it has any."""
+    size = np.abs(white)
+    far = size > GROSS * np.median(size, axis=1, keepdims=True) / 0.6745
+    return np.asarray(np.any(far, axis=0) & bool(secret.levels.get("share")))
+
+
+STEP = 0.01
+"""Relative step of differences."""
+KNOWN = 0.5
+"""Standard deviation of the logarithm of a number that is thought possible: noise may not carry it further
+than first order holds."""
+
+
+def _fitted(
+    secret: Secret,
+    scene: Scene,
+    records: Mapping[int, Record],
+    noise: Mapping[int, Array],
+    gross: Mapping[int, npt.NDArray[np.bool_]],
+) -> dict[int, Array]:
+    """What the true law leaves when its numbers follow the noise of the recordings for the fit, to first
+    order."""
+    columns = [x for effect in secret.strength for x in tangents(scene, secret.strength, effect)]
+    for name in secret.setup["free"]:
+        bases = ({**secret.base, name: secret.base[name] * (1 + s)} for s in (STEP, -STEP))
+        up, down = (scene_of(replace(secret, base=b)).simulate(secret.strength) for b in bases)
+        columns.append([(a - b) / (2 * STEP) for a, b in zip(up, down, strict=True)])
+
+    def white(parts: Mapping[int, Array]) -> Array:
+        fit = (i for i, r in records.items() if not r.holdout)
+        return np.concatenate(
+            [scene.white(i, parts[i], records[i].channels)[:, ~gross[i]].ravel() for i in fit]
+        )
+
+    slopes = [{i: _rows(c[i]) for i in records} for c in columns]
+    A = np.array([white(x) for x in slopes])
+    change = np.linalg.solve(A @ A.T + np.eye(len(A)) / KNOWN**2, A @ white(noise))
+    return {i: x - sum(c * s[i] for c, s in zip(change, slopes, strict=True)) for i, x in noise.items()}
 
 
 def in_units(r: Record, white: Array) -> Array:

@@ -63,7 +63,8 @@ def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score])
         starts = [x.hypothesis.place(base.hypothesis, theta, v) for theta, v in places]
         fits.append(judge.fit(x.hypothesis, starts))
     if s.cheap and not s.model.is_time_model:
-        fits = _crossed(base, judge, _beside(base, judge, seen, _scouted(base, judge, seen, fits)))
+        fits = _beside(base, judge, seen, _scouted(base, judge, seen, fits))
+        fits = _crossed(base, judge, _afresh(base, judge, seen, fits))
     fits.sort(key=lambda f: f.bic)
     return [_unhooked(judge, f) if k < s.beam else f for k, f in enumerate(fits)]
 
@@ -102,6 +103,31 @@ def _beside(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit])
             starts = [h.place(base.hypothesis, there.theta, v) for _, v in again.starts]
             f = min([f, judge.fit(h, starts, few=SCOUTS)] if starts else [f], key=lambda f: f.bic)
         found.append(f)
+    return found
+
+
+ASTRAY = 5.0
+"""Residuals of the best fit this many times the scatter: the base has no optimum near the truth, …"""
+DECADES, FRESH = 2.0, 32
+"""… and descents start all over, from so many points that lie within so many decades of its defaults."""
+
+
+def _afresh(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]) -> list[Fit]:
+    """`fits` of sweeps, where none is near the recordings again from all over the parameters' range: what an
+    effect as large as the base itself has bent, no descent brings back."""
+    best = min(fits, key=lambda f: f.chi2, default=base)
+    if base.bic - best.bic < ALARM or beyond_scatter(best) < ASTRAY:
+        return list(fits)
+    h, rng = base.hypothesis, np.random.default_rng(0)
+    defaults = base_starts(h, 0, 1)[0]
+    found = []
+    for x, f in zip(seen, fits, strict=True):
+        grid, span = x.addition.grid(), np.log(10.0) * DECADES
+        starts = [
+            x.hypothesis.place(h, defaults * np.exp(rng.uniform(-span, span, len(defaults))), own)
+            for own in (grid[k] for k in rng.integers(len(grid), size=FRESH))
+        ]
+        found.append(min(f, judge.fit(x.hypothesis, starts), key=lambda f: f.bic))
     return found
 
 
