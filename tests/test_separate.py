@@ -16,6 +16,7 @@ from modelgen.diagnose.experiment.foresee import Rivals, excluded, simulated
 from modelgen.diagnose.experiment.menu import Plan, often, plans
 from modelgen.diagnose.experiment.separate import Proposal, propose, separate
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
+from modelgen.diagnose.hypotheses.ranking import as_ranked
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import CLOSE, Outcome, Setting
 from modelgen.diagnose.search.search import white_judge
@@ -245,6 +246,20 @@ def test_what_leaves_a_rival_ahead_is_no_proposal(
     made = Proposal(plan, separation, lead, 0.9, (fits[0],))
     monkeypatch.setattr("modelgen.diagnose.experiment.separate._foreseen", lambda *_: made)
     assert (propose(setting, judge, fits[0], [fits[1]]) is not None) == parts
+
+
+def test_a_rival_that_coloured_noise_alone_has_put_ahead_hides_no_plan(
+    narrow: tuple[Setting, Judge, list[Fit]],
+) -> None:
+    """It counts as good as the best; taken as far better, it would be the only one to make a plan for."""
+    setting, judge, fits = narrow
+    best, rival = ({f.ids[0]: f for f in fits}[i] for i in ("eddy_shunt", "semi_inductance"))
+    ahead = replace(rival, bic=best.bic - 900)
+    counted = as_ranked(outcome(judge, [best, ahead]), ahead)
+    assert counted.bic == best.bic
+    taken, found = (propose(setting, judge, best, [f]) for f in (ahead, counted))
+    assert taken is not None and best not in taken.tells
+    assert found is not None and best in found.tells and found.separation > 15
 
 
 def test_averaging_is_no_help_far_from_the_data(narrow: tuple[Setting, Judge, list[Fit]]) -> None:

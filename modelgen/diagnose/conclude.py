@@ -23,7 +23,7 @@ from modelgen.diagnose.gate.vague import told
 from modelgen.diagnose.hypotheses.averaged import averaged, parameters
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.moderate import moderated
-from modelgen.diagnose.hypotheses.ranking import Standing, close, standings, weights
+from modelgen.diagnose.hypotheses.ranking import Standing, as_ranked, close, standings, weights
 from modelgen.diagnose.hypotheses.refit import plain_white
 from modelgen.diagnose.hypotheses.setting import CLOSE, Outcome, Setting
 from modelgen.diagnose.verdict import Finding, Trial, Verdict
@@ -181,7 +181,7 @@ def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str | None:
         if not any(f is r for r in rivals)
         and f.bic - best.bic < CLOSE + (LAWS if set(f.ids) <= told else NEAR)
     ]
-    return separate(setting, outcome, best, rivals, near[:MOST])
+    return separate(setting, outcome, best, [as_ranked(outcome, f) for f in rivals], near[:MOST])
 
 
 NEAR = 5.0

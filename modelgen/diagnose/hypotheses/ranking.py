@@ -149,6 +149,12 @@ def _price(f: Fit, best: Fit) -> float:
     return max(0.0, f.bic - best.bic + ALARM * (len(f.ids) - len(best.ids)))
 
 
+def as_ranked(outcome: Outcome, f: Fit) -> Fit:
+    """`f` with the evidence that it is ranked by: where coloured noise alone makes that greater, as much as
+    the best hypothesis has."""
+    return replace(f, bic=outcome.best.bic + _price(f, outcome.best))
+
+
 def _share(outcome: Outcome, a: Addition) -> float:
     """The part of the explained misfit that is back when this effect alone is left out of the best
     hypothesis: of the misfit as it stands in the recordings, whatever the colour of what is left."""
