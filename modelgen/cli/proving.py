@@ -14,7 +14,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
-from modelgen.cli.console import check_output, console
+from modelgen.cli.console import check_output, check_outputs, check_page, console, spare
 from modelgen.errors import InputError
 from modelgen.prove import about, scores, studies
 from modelgen.prove.own import Own, own_trials
@@ -98,8 +98,8 @@ def _listed(text: str) -> tuple[str, ...]:
 
 def prove(wish: Wish) -> int:
     """Run the trials, print the scoreboard, write what was asked for. Returns the exit status."""
-    for path in (wish.html, wish.json, wish.markdown):
-        check_output(path)
+    check_outputs(wish.html, wish.json, wish.markdown)
+    check_page(wish.html, "--html")
     tasks: Sequence[Task | Own]
     tasks = (
         plan(wish.trials, wish.seed, wish.noises, wish.domains)
@@ -147,6 +147,7 @@ def prove_secret(path: Path, json: Path | None, limit: float) -> int:
     from modelgen.files import write_atomically
 
     check_output(json)
+    spare((path,), json)
     to = console()
     with tempfile.TemporaryDirectory(prefix="own-") as scratch:
         (row,) = run(

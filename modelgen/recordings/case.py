@@ -93,6 +93,11 @@ class Case:
         """The recordings that a fit may see."""
         return tuple(r for r in self.recordings if r.role == "fit")
 
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """What it was read from: its own file and those of its recordings."""
+        return tuple(p for p in (self.path, *(r.path for r in self.recordings)) if p is not None)
+
     def noise_of(self, recording: Recording) -> Noise:
         """What is said of a recording's noise: for itself, or else for all."""
         return self.noise.but(recording.noise)
