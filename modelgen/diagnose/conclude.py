@@ -80,7 +80,7 @@ def conclude(
         summary=summary(setting, findings, held, gate, spare_values(best)),
         trials=_trials(outcome),
         traces=shown,
-        curve=port_curve(setting, outcome, best, sensitivities, port),
+        curve=port_curve(setting, best, sensitivities, port),
         notes=(
             *notes, *gate.notes, *vague, *bound_note(setting, outcome.base), *blind_note(setting, outcome),
             *held.notes, *holdout_note(held),

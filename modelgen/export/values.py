@@ -10,6 +10,7 @@ import numpy as np
 
 from modelgen.errors import InputError, one_of
 from modelgen.language import Input, Model, Parameter
+from modelgen.language.quantities import BACKWARD
 
 POINTS = 16
 SAMPLES = 64
@@ -128,9 +129,6 @@ def _grid(
         row |= {i.name: 0.5 + s for i in model.inputs if i.derived and i.derived[0] not in BACKWARD}
         rows.append({n: round_to(float(f"{v:.6g}")) for n, v in row.items()})
     return tuple(rows)
-
-
-BACKWARD = ("previous", "turning")
 
 
 def _motion(
