@@ -23,7 +23,8 @@ from modelgen.fit.experiment import Experiment, experiment
 from modelgen.fit.method import Method
 from modelgen.fit.problem import Problem
 from modelgen.fit.random import RandomChanges, RandomSets
-from modelgen.fit.series import Whitener, make_series
+from modelgen.fit.series import make_series
+from modelgen.fit.whitener import Whitener
 from modelgen.models.modified_dahl import modified_dahl
 from modelgen.recordings import Case, Noise, Recording
 
