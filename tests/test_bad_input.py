@@ -189,6 +189,15 @@ def test_a_motion_that_stands_still(folder: Path, refused: Run) -> None:
         assert "'z' is 2 throughout, wanted a motion" in refused(command, "case.toml")
 
 
+def test_the_file_of_a_model_is_not_overwritten(folder: Path, refused: Run) -> None:
+    (folder / "case.toml").write_text(
+        CASE.replace("electrodynamic_transducer", "coil.py:coil").replace("M_m", "R")
+    )
+    assert refused("fit", "case.toml", "--json", "coil.py") == (
+        "cannot write coil.py: it is an input, which would be lost"
+    )
+
+
 def test_an_output_that_never_changes(folder: Path, refused: Run) -> None:
     rows = "".join(f"{20 * 1.1**k},8,0\n" for k in range(60))
     (folder / "flat.csv").write_text("f [Hz],Re Z [ohm],Im Z [ohm]\n" + rows)

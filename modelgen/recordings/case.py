@@ -93,11 +93,6 @@ class Case:
         """The recordings that a fit may see."""
         return tuple(r for r in self.recordings if r.role == "fit")
 
-    @property
-    def files(self) -> tuple[Path, ...]:
-        """What it was read from: its own file and those of its recordings."""
-        return tuple(p for p in (self.path, *(r.path for r in self.recordings)) if p is not None)
-
     def noise_of(self, recording: Recording) -> Noise:
         """What is said of a recording's noise: for itself, or else for all."""
         return self.noise.but(recording.noise)
@@ -106,6 +101,13 @@ class Case:
     def holdout(self) -> tuple[Recording, ...]:
         """The recordings that neither a fit nor a choice between hypotheses may see."""
         return tuple(r for r in self.recordings if r.role == "holdout")
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """What it was read from: its own file, its recordings', and its model's where that is the user's."""
+        stem, python, _ = self.model.partition(".py")
+        model = self.path.parent / (stem + python) if self.path and python else None
+        return tuple(p for p in (self.path, model, *(r.path for r in self.recordings)) if p is not None)
 
 
 def load_case(case_file: CaseFile, signature: Signature) -> Case:
