@@ -38,20 +38,20 @@ static const double mg_bouc_wen_weight[24] = {
 /* dq/dx = 1 - c|q|^n; c = 1 for q > 0 (loading), 1 - 2 sigma for q < 0 (unloading) */
 static inline double mg_bouc_wen_rate(const double q, const double n, const double sigma)
 {
-    return 1.0 - (q > 0.0 ? 1.0 : 1.0 - 2.0 * sigma) * pow(fabs(q), n);
+    return 1.0 - ((q > 0.0) ? 1.0 : 1.0 - 2.0 * sigma) * pow(fabs(q), n);
 }
 
 /* Way from 0 to q, the integral of 1/(1 - c|q|^n), its pole at q = 1 taken out; power[i] = node[i]^n. */
 static inline double mg_bouc_wen_way(const double q, const double n, const double sigma, const double *power)
 {
-    const double c = q > 0.0 ? 1.0 : 1.0 - 2.0 * sigma;
+    const double c = (q > 0.0) ? 1.0 : 1.0 - 2.0 * sigma;
     const double top = c * pow(fabs(q), n);
     double sum = 0.0;
     for (int i = 0; i < 24; ++i) {
-        const double pole = q > 0.0 ? 1.0 / (n * (1.0 - q * mg_bouc_wen_node[i])) : 0.0;
+        const double pole = (q > 0.0) ? 1.0 / (n * (1.0 - q * mg_bouc_wen_node[i])) : 0.0;
         sum += mg_bouc_wen_weight[i] * (1.0 / (1.0 - top * power[i]) - pole);
     }
-    return q * sum - (q > 0.0 ? log1p(-q) / n : 0.0);
+    return q * sum - ((q > 0.0) ? log1p(-q) / n : 0.0);
 }
 
 /* q after the way x >= 0: Newton from the side where it is monotonic; while loading, in s = -ln(1 - q). */
@@ -67,7 +67,7 @@ static inline double mg_bouc_wen_step(const double q, const double x, const doub
     const double way = mg_bouc_wen_way(q, n, sigma, power) + x;
     if (!(way > 0.0)) {
         const double first = q + mg_bouc_wen_rate(q, n, sigma) * x;
-        double end = first < 0.0 ? first : 0.0;
+        double end = (first < 0.0) ? first : 0.0;
         for (int k = 0; k < 50; ++k) {
             const double miss = (mg_bouc_wen_way(end, n, sigma, power) - way) * mg_bouc_wen_rate(end, n, sigma);
             end -= miss;
@@ -77,7 +77,7 @@ static inline double mg_bouc_wen_step(const double q, const double x, const doub
         }
         return end;
     }
-    double s = q > 0.0 ? -log1p(-q) : 0.0;
+    double s = (q > 0.0) ? -log1p(-q) : 0.0;
     for (int k = 0; k < 50; ++k) {
         const double end = -expm1(-s);
         if (!(end < 1.0)) {
@@ -97,7 +97,7 @@ static inline double mg_bouc_wen_step_q(const double q, const double x, const do
 {
     const double before = mg_bouc_wen_rate(q, n, sigma);
     const double after = mg_bouc_wen_rate(mg_bouc_wen_step(q, x, n, sigma), n, sigma);
-    return before > 0.0 ? after / before : exp(-n * x);
+    return (before > 0.0) ? after / before : exp(-n * x);
 }
 
 static inline double mg_bouc_wen_step_x(const double q, const double x, const double n, const double sigma)
@@ -111,15 +111,15 @@ static inline double mg_bouc_wen_way_n(const double q, const double n, const dou
     if (q == 0.0) {
         return 0.0;
     }
-    const double c = q > 0.0 ? 1.0 : 1.0 - 2.0 * sigma;
+    const double c = (q > 0.0) ? 1.0 : 1.0 - 2.0 * sigma;
     double sum = 0.0;
     for (int i = 0; i < 24; ++i) {
         const double x = fabs(q) * mg_bouc_wen_node[i];
         const double part = c * pow(x, n);
-        const double pole = q > 0.0 ? 1.0 / (n * n * (1.0 - x)) : 0.0;
+        const double pole = (q > 0.0) ? 1.0 / (n * n * (1.0 - x)) : 0.0;
         sum += mg_bouc_wen_weight[i] * (part * log(x) / ((1.0 - part) * (1.0 - part)) + pole);
     }
-    return q * sum + (q > 0.0 ? log1p(-q) / (n * n) : 0.0);
+    return q * sum + ((q > 0.0) ? log1p(-q) / (n * n) : 0.0);
 }
 
 static inline double mg_bouc_wen_step_n(const double q, const double x, const double n, const double sigma)

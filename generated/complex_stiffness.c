@@ -18,7 +18,7 @@
 #define MG_ALONE
 #endif
 
-static inline double mg_min(const double a, const double b) { return a < b ? a : b; }
+static inline double mg_min(const double a, const double b) { return (a < b) ? a : b; }
 
 /* A double and its bits. */
 typedef union { double value; uint64_t bits; } mg_word;
@@ -35,8 +35,8 @@ static inline double mg_power_of_2(const double k)
 /* e^x = 2^k e^r with |r| <= ln(2)/2; 2^k in two halves, so that the ends of the range come out right. */
 static inline double mg_exp(const double x)
 {
-    const double low = x < -746.0 ? -746.0 : x;
-    const double at = low > 710.0 ? 710.0 : low;
+    const double low = (x < -746.0) ? -746.0 : x;
+    const double at = (low > 710.0) ? 710.0 : low;
     const double k = (at * 1.4426950408889634 + 6755399441055744.0) - 6755399441055744.0;
     const double r = (at - k * 0.6931471805592082) - k * 7.371002565167799e-13;
     const double p = 0.5 + r * (0.1666666666666667 + r * (0.04166666666666667 + r * (0.008333333333326136
@@ -52,21 +52,21 @@ static inline double mg_atan2(const double y, const double x)
 {
     const double a = fabs(x);
     const double b = fabs(y);
-    const double less = a < b ? a : b;
-    const double more = a < b ? b : a;
+    const double less = (a < b) ? a : b;
+    const double more = (a < b) ? b : a;
     const int steep = less > 0.41421356237309503 * more;
     const double top = steep ? less - more : less;
     const double bottom = steep ? less + more : more;
-    const double u = bottom > 0.0 ? top / bottom : top + bottom;
+    const double u = (bottom > 0.0) ? top / bottom : top + bottom;
     const double z = u * u;
     const double p = -0.3333333333333333 + z * (0.19999999999999804 + z * (-0.14285714285659779
         + z * (0.11111111105150588 + z * (-0.09090908753259112 + z * (0.07692296368042296
         + z * (-0.0666642476020052 + z * (0.05878927554473807 + z * (-0.05230443640686948
         + z * (0.045515447340221615 + z * (-0.03456931506332609 + z * 0.016284375050043393))))))))));
     const double octant = (steep ? 0.7853981633974483 : 0.0) + ((steep ? 3.061616997868383e-17 : 0.0) + (u + u * z * p));
-    const double quadrant = a < b ? 1.5707963267948966 - (octant - 6.123233995736766e-17) : octant;
-    const double half = x < 0.0 ? 3.141592653589793 - (quadrant - 1.2246467991473532e-16) : quadrant;
-    return y < 0.0 ? -half : half;
+    const double quadrant = (a < b) ? 1.5707963267948966 - (octant - 6.123233995736766e-17) : octant;
+    const double half = (x < 0.0) ? 3.141592653589793 - (quadrant - 1.2246467991473532e-16) : quadrant;
+    return (y < 0.0) ? -half : half;
 }
 
 /* sin(x + quarter*pi/2): x = k pi/2 + r, |r| <= pi/4, with pi/2 in three parts. */
@@ -84,9 +84,9 @@ static inline double mg_sine(const double x, const uint64_t quarter)
     const double c = 1.0 - (0.5 * z - z * z * (0.041666666666666664 + z * (-0.0013888888888888887
         + z * (2.4801587301584645e-05 + z * (-2.755731922140179e-07 + z * (2.0876755790721963e-09
         + z * (-1.1470460830795304e-11 + z * 4.7458685530816656e-14)))))));
-    const double size = (turn & 1U) != 0U ? c : s;
-    const double turned = (turn & 2U) != 0U ? -size : size;
-    return fabs(x) < 1e9 ? turned : (double)NAN;
+    const double size = ((turn & 1U) != 0U) ? c : s;
+    const double turned = ((turn & 2U) != 0U) ? -size : size;
+    return (fabs(x) < 1e9) ? turned : (double)NAN;
 }
 
 static inline double mg_sin(const double x) { return mg_sine(x, 0U); }

@@ -9,12 +9,12 @@
 #define MG_LANES 8
 #endif
 
-static inline double mg_max(const double a, const double b) { return a > b ? a : b; }
+static inline double mg_max(const double a, const double b) { return (a > b) ? a : b; }
 static inline double mg_gamma(const double x) { return tgamma(x); }
 /* psi(x) of x > 0: recurrence up to x >= 10, then the asymptotic series; NaN elsewhere. */
 static inline double mg_digamma(double x)
 {
-    double sum = x > 0.0 ? 0.0 : NAN;
+    double sum = (x > 0.0) ? 0.0 : NAN;
     for (int k = 0; k < 10 && x < 10.0; ++k) {
         sum -= 1.0 / x;
         x += 1.0;
@@ -23,7 +23,7 @@ static inline double mg_digamma(double x)
     return sum + log(x) - 0.5 / x
         - y * (1.0 / 12.0 - y * (1.0 / 120.0 - y * (1.0 / 252.0 - y * (1.0 / 240.0 - y * (1.0 / 132.0 - y * (691.0 / 32760.0 - y / 12.0))))));
 }
-static inline double mg_sinhc(const double x) { return x == 0.0 ? 1.0 : sinh(x) / x; }
+static inline double mg_sinhc(const double x) { return (x == 0.0) ? 1.0 : sinh(x) / x; }
 /* (cosh x - sinh(x)/x)/x, by its series where that would cancel. */
 static inline double mg_sinhc_slope(const double x)
 {
@@ -55,8 +55,8 @@ static inline double mg_power_of_2(const double k)
 /* e^x = 2^k e^r with |r| <= ln(2)/2; 2^k in two halves, so that the ends of the range come out right. */
 static inline double mg_exp(const double x)
 {
-    const double low = x < -746.0 ? -746.0 : x;
-    const double at = low > 710.0 ? 710.0 : low;
+    const double low = (x < -746.0) ? -746.0 : x;
+    const double at = (low > 710.0) ? 710.0 : low;
     const double k = (at * 1.4426950408889634 + 6755399441055744.0) - 6755399441055744.0;
     const double r = (at - k * 0.6931471805592082) - k * 7.371002565167799e-13;
     const double p = 0.5 + r * (0.1666666666666667 + r * (0.04166666666666667 + r * (0.008333333333326136
@@ -87,8 +87,8 @@ static inline double mg_log(const double x)
         + z * (0.13268759668560612 + z * 0.13086767009948175)))))));
     const double half = 0.5 * f * f;
     const double inside = k * 0.6931471805592082 + (f - (half - (s * (half + p) + k * 7.371002565167799e-13)));
-    const double above = x > 0.0 ? inside : x < 0.0 ? (double)NAN : x == 0.0 ? -(double)INFINITY : x;
-    return x > 1.7976931348623157e308 ? x : above;
+    const double above = (x > 0.0) ? inside : ((x < 0.0) ? (double)NAN : ((x == 0.0) ? -(double)INFINITY : x));
+    return (x > 1.7976931348623157e308) ? x : above;
 }
 
 /* sin(x + quarter*pi/2): x = k pi/2 + r, |r| <= pi/4, with pi/2 in three parts. */
@@ -106,9 +106,9 @@ static inline double mg_sine(const double x, const uint64_t quarter)
     const double c = 1.0 - (0.5 * z - z * z * (0.041666666666666664 + z * (-0.0013888888888888887
         + z * (2.4801587301584645e-05 + z * (-2.755731922140179e-07 + z * (2.0876755790721963e-09
         + z * (-1.1470460830795304e-11 + z * 4.7458685530816656e-14)))))));
-    const double size = (turn & 1U) != 0U ? c : s;
-    const double turned = (turn & 2U) != 0U ? -size : size;
-    return fabs(x) < 1e9 ? turned : (double)NAN;
+    const double size = ((turn & 1U) != 0U) ? c : s;
+    const double turned = ((turn & 2U) != 0U) ? -size : size;
+    return (fabs(x) < 1e9) ? turned : (double)NAN;
 }
 
 static inline double mg_sin(const double x) { return mg_sine(x, 0U); }
@@ -1309,7 +1309,7 @@ void contact_damping_all(const size_t n, const size_t stride, const double *cons
         const double G_1 = l_0 * t57;  /* (18) fractal roughness */
         const double G_2 = l_0 * t74;
         const double t418 = pow(t149, 0.32 - D_eq * 0.16);
-        const double H_G1 = 2.0 * t418;  /* (A6) closed by ?^1.16 */
+        const double H_G1 = 2.0 * t418;  /* (A6) closed by delta^1.16 */
         const double beta_l = t327 * (t318 * (l_0 * 2.0) * pow(1.1283791670955126 * sqrt(t324), t158));  /* (A1) deformation of the largest asperity, a_l = pi r_2^2 */
         const double R_l = a_l / (beta_l * 6.283185307179586);  /* (A2) its radius of curvature */
         const double F_pl = t161 * (t325 * (t172 * t176)) / t158;  /* (A3) load on plastic asperities */

@@ -36,8 +36,8 @@ static inline double mg_power_of_2(const double k)
 /* e^x = 2^k e^r with |r| <= ln(2)/2; 2^k in two halves, so that the ends of the range come out right. */
 static inline double mg_exp(const double x)
 {
-    const double low = x < -746.0 ? -746.0 : x;
-    const double at = low > 710.0 ? 710.0 : low;
+    const double low = (x < -746.0) ? -746.0 : x;
+    const double at = (low > 710.0) ? 710.0 : low;
     const double k = (at * 1.4426950408889634 + 6755399441055744.0) - 6755399441055744.0;
     const double r = (at - k * 0.6931471805592082) - k * 7.371002565167799e-13;
     const double p = 0.5 + r * (0.1666666666666667 + r * (0.04166666666666667 + r * (0.008333333333326136

@@ -36,8 +36,8 @@ static inline double mg_power_of_2(const double k)
 /* e^x = 2^k e^r with |r| <= ln(2)/2; 2^k in two halves, so that the ends of the range come out right. */
 static inline double mg_exp(const double x)
 {
-    const double low = x < -746.0 ? -746.0 : x;
-    const double at = low > 710.0 ? 710.0 : low;
+    const double low = (x < -746.0) ? -746.0 : x;
+    const double at = (low > 710.0) ? 710.0 : low;
     const double k = (at * 1.4426950408889634 + 6755399441055744.0) - 6755399441055744.0;
     const double r = (at - k * 0.6931471805592082) - k * 7.371002565167799e-13;
     const double p = 0.5 + r * (0.1666666666666667 + r * (0.04166666666666667 + r * (0.008333333333326136
@@ -68,8 +68,8 @@ static inline double mg_log(const double x)
         + z * (0.13268759668560612 + z * 0.13086767009948175)))))));
     const double half = 0.5 * f * f;
     const double inside = k * 0.6931471805592082 + (f - (half - (s * (half + p) + k * 7.371002565167799e-13)));
-    const double above = x > 0.0 ? inside : x < 0.0 ? (double)NAN : x == 0.0 ? -(double)INFINITY : x;
-    return x > 1.7976931348623157e308 ? x : above;
+    const double above = (x > 0.0) ? inside : ((x < 0.0) ? (double)NAN : ((x == 0.0) ? -(double)INFINITY : x));
+    return (x > 1.7976931348623157e308) ? x : above;
 }
 
 /* sin(x + quarter*pi/2): x = k pi/2 + r, |r| <= pi/4, with pi/2 in three parts. */
@@ -87,9 +87,9 @@ static inline double mg_sine(const double x, const uint64_t quarter)
     const double c = 1.0 - (0.5 * z - z * z * (0.041666666666666664 + z * (-0.0013888888888888887
         + z * (2.4801587301584645e-05 + z * (-2.755731922140179e-07 + z * (2.0876755790721963e-09
         + z * (-1.1470460830795304e-11 + z * 4.7458685530816656e-14)))))));
-    const double size = (turn & 1U) != 0U ? c : s;
-    const double turned = (turn & 2U) != 0U ? -size : size;
-    return fabs(x) < 1e9 ? turned : (double)NAN;
+    const double size = ((turn & 1U) != 0U) ? c : s;
+    const double turned = ((turn & 2U) != 0U) ? -size : size;
+    return (fabs(x) < 1e9) ? turned : (double)NAN;
 }
 
 static inline double mg_sin(const double x) { return mg_sine(x, 0U); }

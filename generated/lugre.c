@@ -35,7 +35,7 @@ static inline double mg_dahl_step(const double u, const double x, const double b
     if (y <= -1.0) {
         return 0.0;
     }
-    return u * exp(y == 0.0 ? -w : -log1p(y) / (b - 1.0));
+    return u * exp((y == 0.0) ? -w : -log1p(y) / (b - 1.0));
 }
 
 /* A double and its bits. */
@@ -53,8 +53,8 @@ static inline double mg_power_of_2(const double k)
 /* e^x = 2^k e^r with |r| <= ln(2)/2; 2^k in two halves, so that the ends of the range come out right. */
 static inline double mg_exp(const double x)
 {
-    const double low = x < -746.0 ? -746.0 : x;
-    const double at = low > 710.0 ? 710.0 : low;
+    const double low = (x < -746.0) ? -746.0 : x;
+    const double at = (low > 710.0) ? 710.0 : low;
     const double k = (at * 1.4426950408889634 + 6755399441055744.0) - 6755399441055744.0;
     const double r = (at - k * 0.6931471805592082) - k * 7.371002565167799e-13;
     const double p = 0.5 + r * (0.1666666666666667 + r * (0.04166666666666667 + r * (0.008333333333326136
@@ -156,7 +156,7 @@ void lugre_values_real(const size_t n, const size_t stride, const double *restri
         const double t68 = F_C * r_0;
         const double z = work[1 * stride];
         const double v = work[5 * stride];
-        const double bend = v - r_0 * fabs(v) / (1.0 + t28 * exp(-(v * v / t42)));  /* speed at which the bristles bend, d?/dt */
+        const double bend = v - r_0 * fabs(v) / (1.0 + t28 * exp(-(v * v / t42)));  /* speed at which the bristles bend, d zeta/dt */
         const double F_b = sigma_1 * bend + t68;  /* force of the bristles */
         const double F = F_0 + F_b + z * k_D + v * sigma_2;  /* what the force sensor shows */
         out[0 * stride + i] = F;
@@ -207,7 +207,7 @@ void lugre_values_real(const size_t n, const size_t stride, const double *restri
             const double s43 = work[9 * stride + i];
             const double r_ = mg_x0[l + 1];
             const double s91 = mg_k0[l];
-            const double bend = v - s43 * r_ / s91;  /* speed at which the bristles bend, d?/dt */
+            const double bend = v - s43 * r_ / s91;  /* speed at which the bristles bend, d zeta/dt */
             const double F_b = sigma_1 * bend + F_C * r_;  /* force of the bristles */
             const double F = F_0 + F_b + z * k_D + v * sigma_2;  /* what the force sensor shows */
             out[0 * stride + i] = F;
@@ -248,7 +248,7 @@ void lugre_jacobian_real(const size_t n, const size_t stride, const double *rest
         const double t62 = exp(-t60);
         const double t64 = 1.0 + t28 * t62;
         const double t65 = r_0 * t38 / t64;
-        const double bend = v - t65;  /* speed at which the bristles bend, d?/dt */
+        const double bend = v - t65;  /* speed at which the bristles bend, d zeta/dt */
         const double F_b = sigma_1 * bend + t68;  /* force of the bristles */
         const double F = F_0 + F_b + z * k_D + v * sigma_2;  /* what the force sensor shows */
         const double t80 = sigma_1 * (t65 / t64);
@@ -463,7 +463,7 @@ void lugre_jacobian_real(const size_t n, const size_t stride, const double *rest
             const double s104 = mg_k6[l];
             const double s207 = mg_k17[l];
             const double t92 = s43 * r_ / s91;
-            const double bend = v - t92;  /* speed at which the bristles bend, d?/dt */
+            const double bend = v - t92;  /* speed at which the bristles bend, d zeta/dt */
             const double F_b = sigma_1 * bend + F_C * r_;  /* force of the bristles */
             const double F = F_0 + F_b + z * k_D + v * sigma_2;  /* what the force sensor shows */
             const double t131 = sigma_1 * (t92 / s91);
@@ -523,7 +523,7 @@ void lugre_sumsq_real(const size_t nset, const size_t n, const size_t stride, co
             const double t68 = F_C * r_0;
             const double z = work[1 * stride];
             const double v = work[5 * stride];
-            const double bend = v - r_0 * fabs(v) / (1.0 + t28 * exp(-(v * v / t42)));  /* speed at which the bristles bend, d?/dt */
+            const double bend = v - r_0 * fabs(v) / (1.0 + t28 * exp(-(v * v / t42)));  /* speed at which the bristles bend, d zeta/dt */
             const double F_b = sigma_1 * bend + t68;  /* force of the bristles */
             const double F = F_0 + F_b + z * k_D + v * sigma_2;  /* what the force sensor shows */
             const double e0 = weight[0 * stride + i] * (F - data[0 * stride + i]);
@@ -575,7 +575,7 @@ void lugre_sumsq_real(const size_t nset, const size_t n, const size_t stride, co
                 const double s43 = work[9 * stride + i];
                 const double r_ = mg_x0[l + 1];
                 const double s91 = mg_k0[l];
-                const double bend = v - s43 * r_ / s91;  /* speed at which the bristles bend, d?/dt */
+                const double bend = v - s43 * r_ / s91;  /* speed at which the bristles bend, d zeta/dt */
                 const double F_b = sigma_1 * bend + F_C * r_;  /* force of the bristles */
                 const double F = F_0 + F_b + z * k_D + v * sigma_2;  /* what the force sensor shows */
                 const double e0 = weight[0 * stride + i] * (F - data[0 * stride + i]);
@@ -633,7 +633,7 @@ void lugre_normal_real(const size_t n, const size_t stride, const double *restri
         const double t62 = exp(-t60);
         const double t64 = 1.0 + t28 * t62;
         const double t65 = r_0 * t38 / t64;
-        const double bend = v - t65;  /* speed at which the bristles bend, d?/dt */
+        const double bend = v - t65;  /* speed at which the bristles bend, d zeta/dt */
         const double F_b = sigma_1 * bend + t68;  /* force of the bristles */
         const double F = F_0 + F_b + z * k_D + v * sigma_2;  /* what the force sensor shows */
         const double t80 = sigma_1 * (t65 / t64);
@@ -892,7 +892,7 @@ void lugre_normal_real(const size_t n, const size_t stride, const double *restri
             const double s104 = mg_k6[l];
             const double s207 = mg_k17[l];
             const double t92 = s43 * r_ / s91;
-            const double bend = v - t92;  /* speed at which the bristles bend, d?/dt */
+            const double bend = v - t92;  /* speed at which the bristles bend, d zeta/dt */
             const double F_b = sigma_1 * bend + F_C * r_;  /* force of the bristles */
             const double F = F_0 + F_b + z * k_D + v * sigma_2;  /* what the force sensor shows */
             const double t131 = sigma_1 * (t92 / s91);
@@ -1036,7 +1036,7 @@ void lugre_all(const size_t n, const size_t stride, const double *const *restric
         const double speed = ((t30 != 0.0) ? ((fabs(z - z_turn) + fabs(t18)) / t29) : 0.0) + ((!(t30 != 0.0)) ? t38 : 0.0);  /* mean speed of the step */
         const double g_step = 1.0 + ((-1.0) + F_S / F_C) * exp(-(speed * speed / (v_S * v_S)));  /* friction at that speed over Coulomb friction */
         const double t55 = mg_dahl_step(1.0 - r_0 * t25 / g_step, t25 * (rho_f * (z_turn - z_prev)) / g_step, 1.0);
-        const double bend = v - r_0 * t38 / (1.0 + ((-1.0) + F_S / F_C) * exp(-(v * v / (v_S * v_S))));  /* speed at which the bristles bend, d?/dt */
+        const double bend = v - r_0 * t38 / (1.0 + ((-1.0) + F_S / F_C) * exp(-(v * v / (v_S * v_S))));  /* speed at which the bristles bend, d zeta/dt */
         const double F_b = sigma_1 * bend + F_C * r_0;  /* force of the bristles */
         const double F = F_0 + F_b + z * k_D + v * sigma_2;  /* what the force sensor shows */
         const double r_turn = t25 * (g_step * (1.0 - t55));  /* friction state where it turns */
@@ -1088,8 +1088,8 @@ void lugre_all(const size_t n, const size_t stride, const double *const *restric
         const double t64 = (0.0 <= t36) ? 1.0 : 0.0;
         const double t68 = ((t64 != 0.0) ? 1.0 : 0.0) + ((!(t64 != 0.0)) ? (-1.0) : 0.0);
         const double t75 = mg_dahl_step(1.0 - r_turn * t68 / g_step, t68 * (t36 * rho_f) / g_step, 1.0);
-        const double r_ = t68 * (g_step * (1.0 - t75));  /* friction state ?_0 ?/F_C */
-        const double bend = v - t43 * r_ / (1.0 + ((-1.0) + F_S / F_C) * exp(-(v * v / (v_S * v_S))));  /* speed at which the bristles bend, d?/dt */
+        const double r_ = t68 * (g_step * (1.0 - t75));  /* friction state sigma_0 zeta/F_C */
+        const double bend = v - t43 * r_ / (1.0 + ((-1.0) + F_S / F_C) * exp(-(v * v / (v_S * v_S))));  /* speed at which the bristles bend, d zeta/dt */
         const double F_b = sigma_1 * bend + F_C * r_;  /* force of the bristles */
         const double F = F_0 + F_b + z * k_D + v * sigma_2;  /* what the force sensor shows */
         out[0 * stride + i] = z;

@@ -29,7 +29,7 @@ static inline mg_complex mg_eddy_inverse(const mg_complex a)
  * from its tail T_n ~ n + sqrt(n^2 + q). At most 228 steps; above p = 1e6 the asymptotic series serves. */
 static mg_complex mg_eddy_fraction(const double p)
 {
-    const int terms = p < 10.0 ? 16 : 6 + (int)(7.0 * sqrt(sqrt(p)));
+    const int terms = (p < 10.0) ? 16 : 6 + (int)(7.0 * sqrt(sqrt(p)));
     const double n = (double)terms + 1.0;
     const double size = sqrt(n * n * n * n + p * p);
     mg_complex t = { n + sqrt(0.5 * (size + n * n)), sqrt(0.5 * (size - n * n)) };
@@ -66,7 +66,7 @@ static mg_complex mg_eddy_factor(const double p)
         chi.re = 2.0 * (sum.re * y[0] - sum.im * y[1]);
         chi.im = 2.0 * (sum.re * y[1] + sum.im * y[0]);
     }
-    chi.im = p < 0.0 ? -chi.im : chi.im;
+    chi.im = (p < 0.0) ? -chi.im : chi.im;
     return chi;
 }
 
@@ -75,21 +75,21 @@ static inline double mg_atan2(const double y, const double x)
 {
     const double a = fabs(x);
     const double b = fabs(y);
-    const double less = a < b ? a : b;
-    const double more = a < b ? b : a;
+    const double less = (a < b) ? a : b;
+    const double more = (a < b) ? b : a;
     const int steep = less > 0.41421356237309503 * more;
     const double top = steep ? less - more : less;
     const double bottom = steep ? less + more : more;
-    const double u = bottom > 0.0 ? top / bottom : top + bottom;
+    const double u = (bottom > 0.0) ? top / bottom : top + bottom;
     const double z = u * u;
     const double p = -0.3333333333333333 + z * (0.19999999999999804 + z * (-0.14285714285659779
         + z * (0.11111111105150588 + z * (-0.09090908753259112 + z * (0.07692296368042296
         + z * (-0.0666642476020052 + z * (0.05878927554473807 + z * (-0.05230443640686948
         + z * (0.045515447340221615 + z * (-0.03456931506332609 + z * 0.016284375050043393))))))))));
     const double octant = (steep ? 0.7853981633974483 : 0.0) + ((steep ? 3.061616997868383e-17 : 0.0) + (u + u * z * p));
-    const double quadrant = a < b ? 1.5707963267948966 - (octant - 6.123233995736766e-17) : octant;
-    const double half = x < 0.0 ? 3.141592653589793 - (quadrant - 1.2246467991473532e-16) : quadrant;
-    return y < 0.0 ? -half : half;
+    const double quadrant = (a < b) ? 1.5707963267948966 - (octant - 6.123233995736766e-17) : octant;
+    const double half = (x < 0.0) ? 3.141592653589793 - (quadrant - 1.2246467991473532e-16) : quadrant;
+    return (y < 0.0) ? -half : half;
 }
 
 /* A difference of angles, brought to [-180, 180] degrees. */
@@ -107,7 +107,7 @@ void magnetostrictive_transducer_prepare(const size_t n, const size_t stride, co
         const size_t i = k < n ? k : n - 1;
         const double f = in[0][i];
         const mg_complex t20 = mg_eddy_factor(f / f_c);
-        const double chi_re = t20.re;  /* (5) eddy-current factor chi_r - jchi_i */
+        const double chi_re = t20.re;  /* (5) eddy-current factor chi_r - j chi_i */
         const double chi_im = t20.im;
         const double omega = f * 6.283185307179586;  /* angular frequency */
         const double t162 = chi_re * omega;
@@ -145,7 +145,7 @@ void magnetostrictive_transducer_values_complex(const size_t n, const size_t str
     const double t28 = 1.0 / (t23 * t23 + t24 * t24);
     const double t29 = t23 * t28;
     const double t30 = t24 * t28;
-    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + jomegaR_g2 of the rod */
+    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + j omega R_g2 of the rod */
     const double t33 = A * t30;
     const double t37 = N * (d33_re * A);
     const double t38 = N * (d33_im * A);
@@ -212,7 +212,7 @@ void magnetostrictive_transducer_jacobian_complex(const size_t n, const size_t s
     const double t28 = 1.0 / (t23 * t23 + t24 * t24);
     const double t29 = t23 * t28;
     const double t30 = t24 * t28;
-    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + jomegaR_g2 of the rod */
+    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + j omega R_g2 of the rod */
     const double t33 = A * t30;
     const double t37 = N * (d33_re * A);
     const double t38 = N * (d33_im * A);
@@ -371,7 +371,7 @@ void magnetostrictive_transducer_sumsq_complex(const size_t nset, const size_t n
         const double t28 = 1.0 / (t23 * t23 + t24 * t24);
         const double t29 = t23 * t28;
         const double t30 = t24 * t28;
-        const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + jomegaR_g2 of the rod */
+        const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + j omega R_g2 of the rod */
         const double t33 = A * t30;
         const double t37 = N * (d33_re * A);
         const double t38 = N * (d33_im * A);
@@ -448,7 +448,7 @@ void magnetostrictive_transducer_normal_complex(const size_t n, const size_t str
     const double t28 = 1.0 / (t23 * t23 + t24 * t24);
     const double t29 = t23 * t28;
     const double t30 = t24 * t28;
-    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + jomegaR_g2 of the rod */
+    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + j omega R_g2 of the rod */
     const double t33 = A * t30;
     const double t37 = N * (d33_re * A);
     const double t38 = N * (d33_im * A);
@@ -701,7 +701,7 @@ void magnetostrictive_transducer_values_modulus(const size_t n, const size_t str
     const double t28 = 1.0 / (t23 * t23 + t24 * t24);
     const double t29 = t23 * t28;
     const double t30 = t24 * t28;
-    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + jomegaR_g2 of the rod */
+    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + j omega R_g2 of the rod */
     const double t33 = A * t30;
     const double t37 = N * (d33_re * A);
     const double t38 = N * (d33_im * A);
@@ -767,7 +767,7 @@ void magnetostrictive_transducer_jacobian_modulus(const size_t n, const size_t s
     const double t28 = 1.0 / (t23 * t23 + t24 * t24);
     const double t29 = t23 * t28;
     const double t30 = t24 * t28;
-    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + jomegaR_g2 of the rod */
+    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + j omega R_g2 of the rod */
     const double t33 = A * t30;
     const double t37 = N * (d33_re * A);
     const double t38 = N * (d33_im * A);
@@ -917,7 +917,7 @@ void magnetostrictive_transducer_sumsq_modulus(const size_t nset, const size_t n
         const double t28 = 1.0 / (t23 * t23 + t24 * t24);
         const double t29 = t23 * t28;
         const double t30 = t24 * t28;
-        const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + jomegaR_g2 of the rod */
+        const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + j omega R_g2 of the rod */
         const double t33 = A * t30;
         const double t37 = N * (d33_re * A);
         const double t38 = N * (d33_im * A);
@@ -993,7 +993,7 @@ void magnetostrictive_transducer_normal_modulus(const size_t n, const size_t str
     const double t28 = 1.0 / (t23 * t23 + t24 * t24);
     const double t29 = t23 * t28;
     const double t30 = t24 * t28;
-    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + jomegaR_g2 of the rod */
+    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + j omega R_g2 of the rod */
     const double t33 = A * t30;
     const double t37 = N * (d33_re * A);
     const double t38 = N * (d33_im * A);
@@ -1229,7 +1229,7 @@ void magnetostrictive_transducer_values_phase(const size_t n, const size_t strid
     const double t28 = 1.0 / (t23 * t23 + t24 * t24);
     const double t29 = t23 * t28;
     const double t30 = t24 * t28;
-    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + jomegaR_g2 of the rod */
+    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + j omega R_g2 of the rod */
     const double t33 = A * t30;
     const double t37 = N * (d33_re * A);
     const double t38 = N * (d33_im * A);
@@ -1295,7 +1295,7 @@ void magnetostrictive_transducer_jacobian_phase(const size_t n, const size_t str
     const double t28 = 1.0 / (t23 * t23 + t24 * t24);
     const double t29 = t23 * t28;
     const double t30 = t24 * t28;
-    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + jomegaR_g2 of the rod */
+    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + j omega R_g2 of the rod */
     const double t33 = A * t30;
     const double t37 = N * (d33_re * A);
     const double t38 = N * (d33_im * A);
@@ -1444,7 +1444,7 @@ void magnetostrictive_transducer_sumsq_phase(const size_t nset, const size_t n, 
         const double t28 = 1.0 / (t23 * t23 + t24 * t24);
         const double t29 = t23 * t28;
         const double t30 = t24 * t28;
-        const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + jomegaR_g2 of the rod */
+        const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + j omega R_g2 of the rod */
         const double t33 = A * t30;
         const double t37 = N * (d33_re * A);
         const double t38 = N * (d33_im * A);
@@ -1520,7 +1520,7 @@ void magnetostrictive_transducer_normal_phase(const size_t n, const size_t strid
     const double t28 = 1.0 / (t23 * t23 + t24 * t24);
     const double t29 = t23 * t28;
     const double t30 = t24 * t28;
-    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + jomegaR_g2 of the rod */
+    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + j omega R_g2 of the rod */
     const double t33 = A * t30;
     const double t37 = N * (d33_re * A);
     const double t38 = N * (d33_im * A);
@@ -1756,7 +1756,7 @@ void magnetostrictive_transducer_all(const size_t n, const size_t stride, const 
     const double t28 = 1.0 / (t23 * t23 + t24 * t24);
     const double t29 = t23 * t28;
     const double t30 = t24 * t28;
-    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + jomegaR_g2 of the rod */
+    const double K_G_re = A * t29;  /* (9) complex stiffness K_G* = K_g + j omega R_g2 of the rod */
     const double K_G_im = -(A * t30);
     const double t37 = N * (d33_re * A);
     const double t38 = N * (d33_im * A);
@@ -1767,7 +1767,7 @@ void magnetostrictive_transducer_all(const size_t n, const size_t stride, const 
     for (size_t i = 0; i < n; ++i) {
         const double f = in[0][i];
         const mg_complex t20 = mg_eddy_factor(f / f_c);
-        const double chi_re = t20.re;  /* (5) eddy-current factor chi_r - jchi_i */
+        const double chi_re = t20.re;  /* (5) eddy-current factor chi_r - j chi_i */
         const double chi_im = t20.im;
         const double omega = f * 6.283185307179586;  /* angular frequency */
         const double t57 = 1.0 / omega;
@@ -1793,7 +1793,7 @@ void magnetostrictive_transducer_all(const size_t n, const size_t stride, const 
         const double L_b_im = mu_0 * (mu33_re * A) * (N * N) * t113 * (1.0 / l_);
         const double t121 = chi_im + mu33_im * (1.0 / mu33_re);
         const double L_g_re = chi_re * L_b_re;  /* (8) inductance with eddy currents */
-        const double L_G_re = L_g_re - L_b_im * t121;  /* (8) inductance L_G* = L_g + R_g1/(jomega) */
+        const double L_G_re = L_g_re - L_b_im * t121;  /* (8) inductance L_G* = L_g + R_g1/(j omega) */
         const double L_g_im = chi_re * L_b_im;
         const double L_G_im = L_b_re * t121 + L_g_im;
         const double Z_e_im = omega * L_G_re;
@@ -1805,7 +1805,7 @@ void magnetostrictive_transducer_all(const size_t n, const size_t stride, const 
         const double t360 = chi_im + mu33_im / mu33_re;
         const double R_g1_re = -(omega * L_b_re * t360);  /* (8) hysteresis, eddy currents */
         const double R_g1_im = -(omega * L_b_im * t360);
-        const double R_g2 = K_G_im / omega;  /* (9) its elastic loss, -A S''/(omegal|S|^2) */
+        const double R_g2 = K_G_im / omega;  /* (9) its elastic loss, -A S''/(omega l|S|^2) */
         const double phase = atan2(Z_im, Z_re) * 180.0 / 3.141592653589793;  /* (12) phase of the electrical impedance */
         const double t378 = k_M2 * (K_G_re * k33_2_re + A * t30 * k33_2_im);
         const double t379 = k_M2 * (K_G_re * k33_2_im - A * t30 * k33_2_re);

@@ -35,7 +35,7 @@ static inline double mg_dahl_step(const double u, const double x, const double b
     if (y <= -1.0) {
         return 0.0;
     }
-    return u * exp(y == 0.0 ? -w : -log1p(y) / (b - 1.0));
+    return u * exp((y == 0.0) ? -w : -log1p(y) / (b - 1.0));
 }
 
 /* d(step)/du = (step/u)^b */
@@ -45,21 +45,21 @@ static inline double mg_dahl_step_u(const double u, const double x, const double
         return exp(-x);
     }
     if (!(u > 0.0)) {
-        return b > 1.0 ? 1.0 : 0.0;
+        return (b > 1.0) ? 1.0 : 0.0;
     }
     const double w = x * pow(u, b - 1.0);
     const double y = (b - 1.0) * w;
     if (y <= -1.0) {
         return 0.0;
     }
-    return exp(y == 0.0 ? -b * w : -b * log1p(y) / (b - 1.0));
+    return exp((y == 0.0) ? -b * w : -b * log1p(y) / (b - 1.0));
 }
 
 /* d(step)/dx = -step^b */
 static inline double mg_dahl_step_x(const double u, const double x, const double b)
 {
     const double end = mg_dahl_step(u, x, b);
-    return b == 1.0 ? -end : end > 0.0 ? -pow(end, b) : 0.0;
+    return (b == 1.0) ? -end : ((end > 0.0) ? -pow(end, b) : 0.0);
 }
 
 /* A double and its bits. */
@@ -77,8 +77,8 @@ static inline double mg_power_of_2(const double k)
 /* e^x = 2^k e^r with |r| <= ln(2)/2; 2^k in two halves, so that the ends of the range come out right. */
 static inline double mg_exp(const double x)
 {
-    const double low = x < -746.0 ? -746.0 : x;
-    const double at = low > 710.0 ? 710.0 : low;
+    const double low = (x < -746.0) ? -746.0 : x;
+    const double at = (low > 710.0) ? 710.0 : low;
     const double k = (at * 1.4426950408889634 + 6755399441055744.0) - 6755399441055744.0;
     const double r = (at - k * 0.6931471805592082) - k * 7.371002565167799e-13;
     const double p = 0.5 + r * (0.1666666666666667 + r * (0.04166666666666667 + r * (0.008333333333326136

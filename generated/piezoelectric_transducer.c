@@ -22,21 +22,21 @@ static inline double mg_atan2(const double y, const double x)
 {
     const double a = fabs(x);
     const double b = fabs(y);
-    const double less = a < b ? a : b;
-    const double more = a < b ? b : a;
+    const double less = (a < b) ? a : b;
+    const double more = (a < b) ? b : a;
     const int steep = less > 0.41421356237309503 * more;
     const double top = steep ? less - more : less;
     const double bottom = steep ? less + more : more;
-    const double u = bottom > 0.0 ? top / bottom : top + bottom;
+    const double u = (bottom > 0.0) ? top / bottom : top + bottom;
     const double z = u * u;
     const double p = -0.3333333333333333 + z * (0.19999999999999804 + z * (-0.14285714285659779
         + z * (0.11111111105150588 + z * (-0.09090908753259112 + z * (0.07692296368042296
         + z * (-0.0666642476020052 + z * (0.05878927554473807 + z * (-0.05230443640686948
         + z * (0.045515447340221615 + z * (-0.03456931506332609 + z * 0.016284375050043393))))))))));
     const double octant = (steep ? 0.7853981633974483 : 0.0) + ((steep ? 3.061616997868383e-17 : 0.0) + (u + u * z * p));
-    const double quadrant = a < b ? 1.5707963267948966 - (octant - 6.123233995736766e-17) : octant;
-    const double half = x < 0.0 ? 3.141592653589793 - (quadrant - 1.2246467991473532e-16) : quadrant;
-    return y < 0.0 ? -half : half;
+    const double quadrant = (a < b) ? 1.5707963267948966 - (octant - 6.123233995736766e-17) : octant;
+    const double half = (x < 0.0) ? 3.141592653589793 - (quadrant - 1.2246467991473532e-16) : quadrant;
+    return (y < 0.0) ? -half : half;
 }
 
 /* A difference of angles, brought to [-180, 180] degrees. */

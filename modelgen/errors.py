@@ -23,3 +23,9 @@ def did_you_mean(name: str, names: Iterable[str]) -> str:
     lower = {n.lower(): n for n in names}
     near = get_close_matches(name.lower(), lower, n=1, cutoff=0.5)
     return f", did you mean '{lower[near[0]]}'?" if near else ""
+
+
+def one_of(name: str, names: Iterable[str]) -> str:
+    """Return what goes on after "no NAME" where there is a short list: the nearest, and the list."""
+    known = tuple(names)
+    return f"{did_you_mean(name, known) or ';'} it is one of {', '.join(known)}"

@@ -189,6 +189,15 @@ def test_a_motion_that_stands_still(folder: Path, refused: Run) -> None:
         assert "'z' is 2 throughout, wanted a motion" in refused(command, "case.toml")
 
 
+def test_the_file_of_a_model_is_not_overwritten(folder: Path, refused: Run) -> None:
+    (folder / "case.toml").write_text(
+        CASE.replace("electrodynamic_transducer", "coil.py:coil").replace("M_m", "R")
+    )
+    assert refused("fit", "case.toml", "--json", "coil.py") == (
+        "cannot write coil.py: it is an input, which would be lost"
+    )
+
+
 def test_an_output_that_never_changes(folder: Path, refused: Run) -> None:
     rows = "".join(f"{20 * 1.1**k},8,0\n" for k in range(60))
     (folder / "flat.csv").write_text("f [Hz],Re Z [ohm],Im Z [ohm]\n" + rows)
@@ -237,6 +246,22 @@ OPTIONS = {
     ("export", "modified_dahl", "--fix", "b=1", "--fix", "b=2"): "--fix b=2: 'b' is given twice",
     ("export", "modified_dahl", "--fix", "b=nan"): "--fix b=nan: a finite number is wanted",
     ("export", "modified_dahl", "--target", "fmu", "--fitter"): "--fitter belongs to --target c99",
+    ("export", "modified_dahl", "--target", "fmu", "--real", "float"): "--real float belongs to --target c99",
+    ("export", "modified_dahl", "--target", "fmu", "--range", "z=0:1"): "--range belongs to --target c99",
+    ("export", "modified_dahl", "--range", "z=0:inf"): "finite numbers are wanted",
+    ("export", "modified_dahl", "--range", "z=0:1", "--range", "z=0:2"): "'z' is given twice",
+    ("export", "modified_dahl", "--range", "Z=0:1"): "no input 'Z', did you mean 'z'\\? it is one of t, z",
+    ("fit", "case.toml", "--json", "case.toml"): "case.toml: it is an input, which would be lost",
+    ("fit", ".", "--json", "case.toml"): "case.toml: it is an input, which would be lost",
+    ("diagnose", "case.toml", "--json", "../{}/sweep.csv"): "sweep.csv: it is an input, which would be lost",
+    ("diagnose", "case.toml", "--json", "a.html", "--report", "a.html"): "cannot write a.html twice",
+    ("loops", "sweep.csv", "--json", "sweep.csv"): "sweep.csv: it is an input",
+    ("modal", "sweep.csv", "--json", "sweep.csv"): "sweep.csv: it is an input",
+    ("prove", "--trials", "1", "--html", "proof.pdf"): "--html proof.pdf: the page is HTML",
+    ("prove", "--secret", "nowhere"): "nowhere: no such file or folder",
+    ("prove", "--domain", "mechanics"): "it is one of impedance, gmm, force, stiffness",
+    ("reproduce", "gmm", "--html", "page.pdf"): "--html page.pdf: the page is HTML",
+    ("reproduce", "gm"): "no paper 'gm', did you mean 'gmm'\\? it is one of gmm, mre",
     ("fit", "case.toml", "--json", "missing/out.json"): "folder missing does not exist",
     ("fit", "case.toml", "--json", "."): "it is a folder",
     ("diagnose", "case.toml", "--report", "missing/out.html"): "folder missing does not exist",
@@ -256,8 +281,8 @@ OPTIONS = {
 
 
 @pytest.mark.parametrize(("arguments", "says"), OPTIONS.items(), ids=[" ".join(a) for a in OPTIONS])
-def test_options(arguments: tuple[str, ...], says: str, refused: Run) -> None:
-    line = refused(*arguments)
+def test_options(arguments: tuple[str, ...], says: str, folder: Path, refused: Run) -> None:
+    line = refused(*(a.format(folder.name) for a in arguments))
     assert matches(says, line), line
 
 

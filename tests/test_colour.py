@@ -6,7 +6,7 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from modelgen.fit.colour import autoregression, coloured, factor, noise_like, smeared, through
-from modelgen.fit.series import Whitener
+from modelgen.fit.whitener import Whitener
 
 
 @pytest.mark.parametrize(("a", "variance"), [((1.0, -0.9, 0.1), 0.3), ((1.0, -0.5), 1.0)])

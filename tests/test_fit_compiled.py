@@ -20,8 +20,9 @@ from modelgen.codegen.fitters import sources
 from modelgen.fit import PSO, GaussNewton, MultiStart, Problem, Reason
 from modelgen.fit.compiled import Compiled, compiled
 from modelgen.fit.experiment import Layout
-from modelgen.fit.series import Series, Whitener
+from modelgen.fit.series import Series
 from modelgen.fit.together import Together
+from modelgen.fit.whitener import Whitener
 
 SIX = ("mu33_re", "mu33_im", "S33_re", "S33_im", "d33_re", "d33_im")
 LOW = np.array([2.0, -0.5, 1e-11, -1e-12, 5e-10, -5e-10])

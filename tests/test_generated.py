@@ -14,6 +14,7 @@ import pytest
 
 import modelgen.models as models
 from modelgen.codegen import build, generate
+from modelgen.codegen.ctext import comment
 from modelgen.errors import InputError
 from modelgen.export import export
 from modelgen.language import Equation, Input, Model, Parameter, State, exp, previous
@@ -110,6 +111,19 @@ def test_names_of_a_time_model_take_nothing_over() -> None:
     assert f(t=at) == pytest.approx(6 * np.exp(-0.7 * at), rel=1e-9)
     wanted = np.stack([-6 * at * np.exp(-0.7 * at), 3 * np.exp(-0.7 * at)], axis=1)
     assert f.jacobian(t=at) == pytest.approx(wanted, rel=1e-8, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "plain"),
+    [
+        ("χ_r − jχ_i, jωR_g2", "chi_r - j chi_i, j omega R_g2"),
+        ("σ/h_D, dζ/dt, 2ξMω", "sigma/h_D, d zeta/dt, 2 xi M omega"),
+        ("μ_33^σ*, R_q in µm or μm", "mu_33^sigma*, R_q in um or um"),
+        ("√(|S|²), 10⁻⁶ xⁿ, Poincaré–Bendixson", "sqrt(|S|^2), 10^-6 x^n, Poincare-Bendixson"),
+    ],
+)
+def test_a_comment_in_c_spells_out_what_is_not_ascii(text: str, plain: str) -> None:
+    assert comment(text) == plain
 
 
 NASTY = '*/ system("x"); /* \\\n\r\u2028 #error "no" ??/ *//*/ %> {{ 7*7 }} {% raw %}'

@@ -83,9 +83,7 @@ def test_names_that_others_rely_on() -> None:
 
 
 def test_a_wrong_option_is_named() -> None:
-    with pytest.raises(
-        InputError, match=r"option eddy='serie' is none of exact, series, none, did you mean 'series'"
-    ):
+    with pytest.raises(InputError, match=r"option eddy: unknown value 'serie', did you mean 'series'"):
         models.magnetostrictive_transducer.variant(eddy="serie")
     with pytest.raises(InputError, match="has no option 'eddi', did you mean 'eddy'"):
         models.magnetostrictive_transducer.variant(eddi="exact")

@@ -10,7 +10,8 @@ from scipy.signal import lfilter
 
 from modelgen.diagnose.gate.hum import hum
 from modelgen.diagnose.gate.oddities import lone, mains, saturation
-from modelgen.fit.series import Series, Whitener
+from modelgen.fit.series import Series
+from modelgen.fit.whitener import Whitener
 
 SIGMA = 2e-3
 

@@ -91,6 +91,23 @@ def test_a_model_by_field_and_the_output_of_its_fit_and_loops(
             assert line.rstrip() in readme, line
 
 
+def test_the_datasheet_of_a_controller(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """The table in README is the one that is measured, with the tools that it names."""
+    monkeypatch.chdir(tmp_path)
+    readme = (ROOT / "README.md").read_text()
+    (command,) = re.findall(r"^\$ modelgen (export modified_dahl --target c99 .*)$", readme, re.MULTILINE)
+    assert main(command.split()) == 0
+    sheet = (tmp_path / "firmware" / "DATASHEET.md").read_text()
+    (tools,) = re.findall(r"^arm-none-eabi-gcc .*$", readme, re.MULTILINE)
+    if tools not in sheet:
+        pytest.skip("README's table is of other tools")
+    table = readme.split(tools)[1].split("| self-test |")[0].split("| | ")[1]
+    for line in table.splitlines():
+        assert line in sheet, line
+
+
 def test_the_count_of_published_numbers() -> None:
     """The counts of papers' numbers in README are those that there are to judge."""
     from modelgen.papers import papers

@@ -22,8 +22,9 @@ from modelgen.diagnose.noise.smooth_error import (
     with_smooth,
 )
 from modelgen.effects import CATALOGUE
-from modelgen.fit.series import Whitener, signature_of
+from modelgen.fit.series import signature_of
 from modelgen.fit.together import Together, smooth_modes
+from modelgen.fit.whitener import Whitener
 from modelgen.language import Equation, Input, Model, Parameter, Port, j, pi
 from modelgen.recordings import Case, Recording, load_case, read_case_file
 from modelgen.truths import draw, write_case

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +13,7 @@ from modelgen.errors import InputError, ToolError
 if TYPE_CHECKING:
     from rich.console import Console
 
+NO_PAGE = (".pdf", ".png", ".svg", ".jpg", ".jpeg", ".md", ".docx", ".json", ".csv")
 PLAIN_WIDTH = 120  # where there is no terminal, so that a table in a file or a pipe is whole
 
 
@@ -58,3 +59,26 @@ def check_output(path: Path | None, *, folder: bool = False) -> None:
             raise InputError(f"cannot write {path}: the folder {there} does not exist")
     if not os.access(there, os.W_OK):
         raise ToolError(f"cannot write {path}: no permission to write into {there}")
+
+
+def check_outputs(*paths: Path | None) -> None:
+    """`check_output` for each file. Raises InputError also where one would overwrite another."""
+    given = [path for path in paths if path is not None]
+    for k, path in enumerate(given):
+        check_output(path)
+        if any(path.absolute() == other.absolute() for other in given[:k]):
+            raise InputError(f"cannot write {path} twice: two outputs have this name")
+
+
+def check_page(path: Path | None, option: str) -> None:
+    """Raise InputError for a page of another format than HTML."""
+    if path is not None and path.suffix.lower() in NO_PAGE:
+        raise InputError(f"{option} {path}: the page is HTML, a name that ends in .html is wanted")
+
+
+def spare(inputs: Iterable[Path | None], *outputs: Path | None) -> None:
+    """Raise InputError for an output that would overwrite a file that was read."""
+    read = {path.resolve() for path in inputs if path is not None}
+    for path in outputs:
+        if path is not None and path.resolve() in read:
+            raise InputError(f"cannot write {path}: it is an input, which would be lost")

@@ -5,12 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 from modelgen.api import open_case
-from modelgen.cli.console import check_output, console, progress_bar
+from modelgen.cli.console import (
+    check_output,
+    check_outputs,
+    check_page,
+    console,
+    progress_bar,
+    spare,
+)
 from modelgen.diagnose import diagnose
-from modelgen.errors import InputError
 from modelgen.report import print_verdict, write_html
-
-NO_PAGE = (".pdf", ".png", ".svg", ".jpg", ".jpeg", ".md", ".docx", ".json", ".csv")
 
 
 def diagnose_case(
@@ -19,13 +23,12 @@ def diagnose_case(
     """Diagnose, print, and write what was asked for."""
     from modelgen.effects import load_effects
 
-    check_output(json)
-    check_output(report)
-    if report is not None and report.suffix.lower() in NO_PAGE:
-        raise InputError(f"--report {report}: the page is HTML, a name that ends in .html is wanted")
+    check_outputs(json, report)
+    check_page(report, "--report")
     check_output(out, folder=True)
     more = load_effects(effects) if effects else None
     model, case = open_case(path)
+    spare(case.files, json, report)
     with progress_bar(f"diagnosing {model.id}") as show:
         verdict = diagnose(case, model, effects=more, progress=show, out=out, seed=seed)
     if json is not None:

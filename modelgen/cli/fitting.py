@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from modelgen.api import open_case
-from modelgen.cli.console import check_output, console, progress_bar
+from modelgen.cli.console import check_outputs, console, progress_bar, spare
 from modelgen.cli.methods import read_method
 from modelgen.errors import InputError
 from modelgen.fit.farm import dask_executor
@@ -35,8 +35,7 @@ def fit_case(
     dask: str = "",
 ) -> None:
     """Fit, print, and write the JSON and the plot. dask: the scheduler of a cluster where starts run."""
-    check_output(json)
-    check_output(plot)
+    check_outputs(json, plot)
     if plot is not None:
         plot_format(plot)
     chosen, begin = read_method(method), read_start(start)
@@ -45,6 +44,7 @@ def fit_case(
     if dask and not (chosen is None or isinstance(chosen, MultiStart)):
         raise InputError(f"--dask {dask}: it runs the starts of a multi-start, and '{method}' is none")
     model, case = open_case(path)
+    spare(case.files, json, plot)
     elsewhere = dask_executor(dask) if dask else nullcontext()
     with elsewhere as executor, progress_bar(f"fitting {model.id}") as show:
 

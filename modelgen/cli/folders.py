@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from modelgen.api import open_case
-from modelgen.cli.console import check_output, console
+from modelgen.cli.console import check_output, console, spare
 from modelgen.cli.methods import read_method
 from modelgen.errors import InputError
 from modelgen.files import write_atomically
@@ -34,6 +34,7 @@ def fit_folder(
     check_output(file)
     chosen = read_method(method)
     cases, wrong = _opened(folder)
+    spare((f for _, case in cases.values() for f in case.files), file)
     with _executor(dask, len(cases)) as executor:
         results = fit_cases(list(cases.values()), chosen, seed, executor=executor)
     shown = table("case", "model", "rms over noise", "held out", "seconds")
@@ -63,6 +64,7 @@ def diagnose_folder(
         raise InputError(f"--report {report} is of one case, diagnosed here; --json holds all")
     more = load_effects(effects) if effects else None
     cases, wrong = _opened(path)
+    spare((f for _, case in cases.values() for f in case.files), file)
     with _executor(dask, len(cases)) as executor:
         verdicts = diagnose_cases(cases, out, effects=more, seed=seed, executor=executor)
     shown = table("case", "model", "verdict", "rms over noise")

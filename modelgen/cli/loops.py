@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from modelgen.cli.console import check_output, console
+from modelgen.cli.console import check_outputs, console, spare
 from modelgen.errors import InputError
 from modelgen.fit.loops import TEXT, UNIT, Loops, Shift, measure_loops, shift, strain, stress
 from modelgen.recordings.columns import read_channels
@@ -40,8 +40,8 @@ def loops_case(
     area: float | None,
 ) -> None:
     """Read, measure, print, and write the JSON and the plot."""
-    check_output(json)
-    check_output(plot)
+    check_outputs(json, plot)
+    spare((path, against), json, plot)
     if plot is not None:
         plot_format(plot)
     for name, size, unit in (("--length", length, "mm"), ("--area", area, "mm²")):

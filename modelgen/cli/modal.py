@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from modelgen.cli.console import check_output, console
+from modelgen.cli.console import check_output, console, spare
 from modelgen.errors import InputError
 from modelgen.fit.modal import ModalFit, fit_modes
 from modelgen.recordings.frf import read_frf
@@ -23,6 +23,7 @@ def modal_case(
 ) -> None:
     """Read, fit, print, and write the JSON."""
     check_output(json)
+    spare((path,), json)
     if mass is not None and not (mass > 0 and math.isfinite(mass)):
         raise InputError(f"--mass {mass:g}: a mass above zero is wanted [kg]")
     found = fit_modes(read_frf(path).between(low, high), modes)

@@ -6,27 +6,26 @@ import json as jsons
 import os
 import signal
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
-from modelgen.cli.console import check_output, console
+from modelgen.cli.console import check_output, check_outputs, check_page, console, spare
+from modelgen.cli.scoreboard import Row, marks, progress, show_board
 from modelgen.errors import InputError
-from modelgen.prove import about, scores, studies
+from modelgen.prove import about, studies
 from modelgen.prove.own import Own, own_trials
 from modelgen.prove.plan import Task, plan
-from modelgen.prove.run import CASES, MEASURED, TRIALS, Room, missed, run
-from modelgen.report.table import table
+from modelgen.prove.run import MEASURED, TRIALS, Room, run
 from modelgen.truths.secret import DOMAINS, NOISES
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-Row = dict[str, Any]
 QUICK = 12
 
 
@@ -98,8 +97,8 @@ def _listed(text: str) -> tuple[str, ...]:
 
 def prove(wish: Wish) -> int:
     """Run the trials, print the scoreboard, write what was asked for. Returns the exit status."""
-    for path in (wish.html, wish.json, wish.markdown):
-        check_output(path)
+    check_outputs(wish.html, wish.json, wish.markdown)
+    check_page(wish.html, "--html")
     tasks: Sequence[Task | Own]
     tasks = (
         plan(wish.trials, wish.seed, wish.noises, wish.domains)
@@ -117,7 +116,7 @@ def prove(wish: Wish) -> int:
     by_index = room.rows()
     rows = [by_index[t.index] for t in tasks if t.index in by_index] or list(by_index.values())
     real = list(room.measured().values()) if wish.real is not None else []
-    _show(rows, to, room)
+    show_board(rows, to, room)
     _write(wish, rows, real, room)
     return status or int(any(r["error"] for r in rows))
 
@@ -130,7 +129,7 @@ def _work(wish: Wish, tasks: Sequence[Task | Own], room: Room, to: Console) -> i
     try:
         if tasks and wish.real is not None:
             _measure(wish.real, room, wish.jobs, wish.limit, to)
-        with _progress(to, len(tasks), done_of) as (sealed, done):
+        with progress(to, len(tasks), done_of) as (sealed, done):
             run(tasks, room, wish.jobs, wish.limit, sealed, done)
     except KeyboardInterrupt:
         to.print(
@@ -147,6 +146,7 @@ def prove_secret(path: Path, json: Path | None, limit: float) -> int:
     from modelgen.files import write_atomically
 
     check_output(json)
+    spare((path,), json)
     to = console()
     with tempfile.TemporaryDirectory(prefix="own-") as scratch:
         (row,) = run(
@@ -156,93 +156,10 @@ def prove_secret(path: Path, json: Path | None, limit: float) -> int:
     to.print("diagnosed " + (row["error"] or row["verdict"]["summary"]), soft_wrap=True)
     if "withheld" not in row:
         to.print("revealed  " + (" + ".join(row["effects"]) or "nothing is missing"))
-        to.print("scored    " + _marks(row))
+        to.print("scored    " + marks(row))
     if json is not None:
         write_atomically(json, jsons.dumps(row, indent=1, ensure_ascii=False) + "\n")
     return int(bool(row["error"]))
-
-
-def _marks(row: Row) -> str:
-    names = ("alarm", "named", "family", "in_set", "port", "both", "unknown", "misnamed")
-    return (
-        ", ".join(f"{n}: {'yes' if row[n] else 'no'}" for n in names if row.get(n) is not None)
-        or "no verdict"
-    )
-
-
-@contextmanager
-def _progress(
-    to: Console, total: int, ready: int
-) -> Iterator[tuple[Callable[[Row], None], Callable[[Row], None]]]:
-    """sealed(row) prints a digest before the diagnosis, done(row) the secret after it; a bar on a
-    terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    err = Console(stderr=True, markup=False)
-    columns = (TextColumn("proving"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(),
-               TextColumn("{task.fields[right]} right of those"))  # fmt: skip
-    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
-        task = bar.add_task("", total=total, completed=min(ready, total), right=0)
-        out = bar.console.print if err.is_terminal else to.print
-        right = 0
-
-        def sealed(row: Row) -> None:
-            out(f"{_name(row)} sealed   {row['sha256']}", highlight=False, soft_wrap=True)
-
-        def done(row: Row) -> None:
-            nonlocal right
-            out(f"{_name(row)} {_told(row)}", highlight=False, soft_wrap=True)
-            right += "hidden" not in row and "withheld" not in row and not missed(row)
-            bar.update(task, advance=1, right=right)
-
-        yield sealed, done
-
-
-def _name(row: Row) -> str:
-    return str(row.get("name") or f"{row['index']:5d}")
-
-
-def _told(row: Row) -> str:
-    """One line on a trial."""
-    if "hidden" in row:
-        return f"nothing: the base would hide it whatever its strength ({row['hidden']})"
-    first = row["error"] or " + ".join(e["id"] for e in row["verdict"]["effects"]) or "nothing"
-    if "withheld" in row:
-        return f"diagnosed {first}; the secret is withheld"
-    law = f" ({row['variant']})" if row["variant"] else ""
-    secret = (" + ".join(row["effects"]) or "nothing") + law
-    mark = "✗" if missed(row) else "✓"
-    where = f"{row['domain']}, {row['noise']}, rms {row['ratio']:.2f} × noise, "
-    where = "" if "name" in row else where
-    return f"revealed {mark} {secret} → {first}   {where}{row['wall']:.1f} s"
-
-
-def _show(rows: Sequence[Row], to: Console, room: Room) -> None:
-    """The scoreboard in the terminal."""
-    good = scores.usable(rows)
-    shown = table(f"{len(good)} concealed trials", "share", "95 % interval", "of", "goal", "")
-    for line in scores.board(good):
-        s = line["share"]
-        if s.n:
-            cells = (f"{100 * s.value:.1f} %", f"{100 * s.low:.0f}–{100 * s.high:.0f} %", str(s.n))
-            shown.add_row(line["goal"].says, *cells, line["goal"].wanted, "✓" if line["met"] else "✗")
-    to.print()
-    to.print(shown)
-    cover = scores.coverage(good)
-    if cover.n:
-        to.print(
-            f"95 % intervals of parameters hold the true value in {100 * cover.value:.0f} % of {cover.n}"
-        )
-    if good:
-        took = f"{scores.seconds(good):.1f} s of one core, {scores.seconds(good, 'wall'):.1f} s passed"
-        to.print(f"a diagnosis took {took} (medians)")
-    failed, hidden = sum(bool(r["error"]) for r in rows), sum("hidden" in r for r in rows)
-    if failed or hidden:
-        to.print(f"{failed} without a verdict, {hidden} not drawn, as the base absorbs them")
-    if withheld := sum("withheld" in r for r in rows):
-        to.print(f"{withheld} diagnosed, to be scored when secret.json is laid beside the case")
-    to.print(f"trials are in {room.folder}/{TRIALS}, missed cases in {room.folder}/{CASES}", soft_wrap=True)
 
 
 def _measure(data: Path, room: Room, jobs: int, limit: float, to: Console) -> None:

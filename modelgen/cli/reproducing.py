@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
-from modelgen.cli.console import check_output, console, progress_bar
+from modelgen.cli.console import check_outputs, check_page, console, progress_bar
 from modelgen.papers import papers
 
 
@@ -19,8 +19,8 @@ def reproduce_papers(wanted: Sequence[str], json: Path | None, html: Path | None
     from modelgen.papers.run import reproduce
     from modelgen.papers.show import print_reproduction
 
-    check_output(json)
-    check_output(html)
+    check_outputs(json, html)
+    check_page(html, "--html")
     chosen = papers(wanted)
     with progress_bar("reproducing") as show, counted_interrupts() as stop:
         found = reproduce(chosen, show, stop)

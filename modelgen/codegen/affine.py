@@ -7,12 +7,11 @@ which may be taken in any grouping. Others may have a part in c if they can be s
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from modelgen.codegen.algebra import FREE, SAMPLE
 from modelgen.codegen.program import Sample, sensitivity
 from modelgen.codegen.real import COMMUTATIVE, Graph, Node
-from modelgen.codegen.split import Pair
 
 Part = tuple[int | None, int | None]  # factor and rest; None is zero
 
@@ -154,19 +153,7 @@ def specialised(
         new[at] = graph.const(0.0) if at in zero else _again(graph, node, args, values)
         if at in sample.graph.labels:
             graph.label(new[at], *sample.graph.labels[at])
-
-    def pair(p: Pair) -> Pair:
-        return (None if p[0] is None else new[p[0]], None if p[1] is None else new[p[1]])
-
-    moved = replace(
-        sample, graph=graph,
-        equations={n: pair(p) for n, p in sample.equations.items()},
-        fitted={n: pair(p) for n, p in sample.fitted.items()},
-        jacobian={n: tuple(map(pair, row)) for n, row in sample.jacobian.items()},
-        states={n: new[at] for n, at in sample.states.items()},
-        sensitivities={key: new[at] for key, at in sample.sensitivities.items()},
-    )  # fmt: skip
-    return moved, new
+    return sample.moved(graph, new), new
 
 
 def _again(graph: Graph, node: Node, args: list[int], values: Mapping[str, float]) -> int:

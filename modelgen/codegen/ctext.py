@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, field
 
@@ -159,28 +160,32 @@ class Printer:
         return f"({self.value(at)} != 0.0)"
 
 
-_PLAIN = {"−": "-", "·": "*", "²": "^2", "³": "^3", "–": "-", "ω": "omega", "√": "sqrt", "π": "pi", "′": "'"}
+_SIGNS = {"−": "-", "–": "-", "·": "*", "×": "x", "±": "+-", "′": "'", "µ": "u", "°": "deg", "…": "..."}
+_MICRO = re.compile("μ(?=[A-Za-z])")  # before a unit; elsewhere it is the letter
+_LETTERS = (
+    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho sigma sigma tau "
+    "upsilon phi chi psi omega"
+)
+_GREEK = dict(zip("αβγδεζηθικλμνξοπρςστυφχψω", _LETTERS.split(), strict=True))
+_WORDS = {"√": "sqrt"} | _GREEK | {letter.upper(): word.capitalize() for letter, word in _GREEK.items()}
+_RAISED = re.compile("[⁰¹²³⁴-⁹ⁿ⁻]+")
 
 
 def comment(text: str) -> str:
     """Text for a C comment: basic characters, which any compiler reads, and nothing that could end the
-    comment."""
-    table = {
-        "−": "-",
-        "·": "*",
-        "²": "^2",
-        "³": "^3",
-        "–": "-",
-        "ω": "omega",
-        "√": "sqrt",
-        "π": "pi",
-        "µ": "u",
-        "μ": "u",
-        "χ": "chi",
-        "ψ": "psi",
-        "ρ": "rho",
-        "′": "'",
-    }
-    text = " ".join("".join(table.get(ch, ch) for ch in text).split()).replace("\\", "/")
+    comment.
+
+    Greek letters are spelt out, apart from letters beside them: "jωL" becomes "j omega L".
+    """
+    text = _RAISED.sub(lambda m: f"^{unicodedata.normalize('NFKD', m[0])}", _MICRO.sub("u", text))
+    text = "".join(_SIGNS.get(ch, ch) for ch in re.sub(f"[{''.join(_WORDS)}]", _spelt, text))
+    text = unicodedata.normalize("NFD", " ".join(text.split()))
+    text = "".join(ch for ch in text if not unicodedata.combining(ch)).replace("\\", "/")
     text = text.encode("ascii", "replace").decode()
     return text.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?")
+
+
+def _spelt(sign: re.Match[str]) -> str:
+    """A Greek letter or a root as a word, with a blank where a letter or a number stands beside it."""
+    before, after = sign.string[: sign.start()][-1:], sign.string[sign.end() :][:1]
+    return " " * before.isalnum() + _WORDS[sign[0]] + " " * after.isalpha()

@@ -151,7 +151,7 @@ class Stages:
         masks = self.masks_of(self.program.step)
         need = graph.needed(self.staged)
         printer = Printer(self.program.step.graph)
-        setup = self.parameters_in(printer, need, masks, free=False)
+        setup = self.parameters_in(printer, need, free=False)
         setup += printer.lines([a for a in need if masks[a] == 0], self.staged)
         body = self._inputs(printer, need) + printer.lines(
             [a for a in need if masks[a] == SAMPLE], self.staged
@@ -203,7 +203,7 @@ class Stages:
         printer = Printer(sample.graph, functions=FUNCTION if self.state_names else BRANCHLESS)
         for n in (*self.state_names, *self.sensitivity_names):
             printer.names[graph.input(n)] = printer.fresh(c_name(n.replace(" ", "_")))
-        setup = self.parameters_in(printer, need, masks, free=True)
+        setup = self.parameters_in(printer, need, free=True)
         inside = [a for a in need if masks[a] & (SAMPLE | STATE) and a not in place]
         hoisted = {a for at in inside for a in graph.nodes[at].args if not masks[a] & (SAMPLE | STATE)}
         outside = [a for a in need if not masks[a] & (SAMPLE | STATE) and a not in place]
@@ -211,7 +211,7 @@ class Stages:
         loads = []
         for at, text in place.items():
             if at in need:
-                name = self.place_name(printer, graph, at)
+                name = self.place_name(printer, at)
                 loads.append(f"const double {name} = {text};")
         if self.batch:
             loads = self._inputs(printer, need)
@@ -249,7 +249,7 @@ class Stages:
         need = graph.needed(part.results(jacobian).values())
         for n in (*self.state_names, *names):
             printer.names[graph.input(n)] = outer.names[outer.graph.input(n)]
-        lines = self.parameters_in(printer, need, [], free=True)
+        lines = self.parameters_in(printer, need, free=True)
         for name, text in raw.items():
             at = graph.input(name)
             if at in need:
@@ -270,7 +270,7 @@ class Stages:
         printer = Printer(sample.graph)
         for n in self.state_names:
             printer.names[graph.input(n)] = printer.fresh(c_name(n))
-        setup = self.parameters_in(printer, need, masks, free=True)
+        setup = self.parameters_in(printer, need, free=True)
         setup += printer.lines([a for a in need if not masks[a] & (SAMPLE | STATE)], roots)
         body = self._inputs(printer, need) + printer.lines(
             [a for a in need if masks[a] & (SAMPLE | STATE)], roots
@@ -301,7 +301,8 @@ class Stages:
             work(r.graph, need),
         )
 
-    def place_name(self, printer: Printer, graph: object, at: int) -> str:
+    def place_name(self, printer: Printer, at: int) -> str:
+        """Give node `at` a name in C: the input's, that of the model's equation, or else its number."""
         label = printer.graph.labels.get(at)
         node = printer.graph.nodes[at]
         known = str(node.data) if node.op == "in" else label[0] if label else ""
@@ -309,7 +310,8 @@ class Stages:
         printer.names[at] = name
         return name
 
-    def parameters_in(self, printer: Printer, need: list[int], masks: list[int], free: bool) -> list[str]:
+    def parameters_in(self, printer: Printer, need: list[int], free: bool) -> list[str]:
+        """Parameters that the nodes `need` use, as local constants; those that are fitted only if `free`."""
         if self.batch:
             return []
         lines = []

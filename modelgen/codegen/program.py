@@ -47,6 +47,21 @@ class Sample:
     sensitivities: dict[tuple[str, int], int]
     part: Part | None = None
 
+    def moved(self, graph: Graph, to: Mapping[int, int]) -> Sample:
+        """The same in another graph, where node n is to[n]; its part is left as it is."""
+
+        def pair(p: Pair) -> Pair:
+            return (None if p[0] is None else to[p[0]], None if p[1] is None else to[p[1]])
+
+        return replace(
+            self, graph=graph,
+            equations={n: pair(p) for n, p in self.equations.items()},
+            fitted={n: pair(p) for n, p in self.fitted.items()},
+            jacobian={n: tuple(map(pair, row)) for n, row in self.jacobian.items()},
+            states={n: to[at] for n, at in self.states.items()},
+            sensitivities={key: to[at] for key, at in self.sensitivities.items()},
+        )  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Root:

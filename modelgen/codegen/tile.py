@@ -109,7 +109,7 @@ class Tile:
         inside = [a for a in need if masks[a] & LOOP and a not in self.place]
         hoisted = {a for at in inside for a in graph.nodes[at].args if not masks[a] & LOOP}
         outside = [a for a in need if not masks[a] & LOOP and a not in self.place]
-        lines = self.stages.parameters_in(self.printer, need, masks, free=True)
+        lines = self.stages.parameters_in(self.printer, need, free=True)
         return lines + self.printer.lines(outside, roots, hoisted)
 
     def _body(self, roots: Iterable[int], given: dict[int, str]) -> tuple[list[str], Printer, list[int]]:
@@ -129,7 +129,7 @@ class Tile:
     def _name(self, printer: Printer, at: int) -> str:
         """Of a loaded value; what a state was at the sample before is told from what it becomes."""
         if not self.masks[at] & STATE or self.graph.nodes[at].op != "in":
-            return self.stages.place_name(printer, self.graph, at)
+            return self.stages.place_name(printer, at)
         state = str(self.graph.nodes[at].data).replace(" ", "_")
         printer.names[at] = printer.fresh(c_name(f"{state}_before"))
         return printer.names[at]

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -24,11 +24,24 @@ from modelgen.diagnose.hypotheses.averaged import averaged, parameters
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.moderate import moderated
 from modelgen.diagnose.hypotheses.ranking import Standing, as_ranked, close, standings, weights
-from modelgen.diagnose.hypotheses.refit import plain_white
+from modelgen.diagnose.hypotheses.refit import Fit, plain_white
 from modelgen.diagnose.hypotheses.setting import CLOSE, Outcome, Setting
 from modelgen.diagnose.verdict import Finding, Trial, Verdict
 from modelgen.fit.result import Estimate
 from modelgen.fit.series import Array
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What is claimed: named effects (`standing`), or unknown physics where the gate says so; `best` is the
+    fit that the verdict shows, `vague` notes on effects that could not be named."""
+
+    setting: Setting
+    outcome: Outcome
+    gate: Gate
+    best: Fit
+    standing: tuple[Standing, ...] = ()
+    vague: tuple[str, ...] = ()
 
 
 def conclude(
@@ -42,24 +55,12 @@ def conclude(
 ) -> Verdict:
     """Put the argument together. Held-out recordings are looked at when all is decided."""
     sensitivities = port_sensitivities(setting, outcome.base)
-    outcome = named_rather(with_rivals(setting, outcome))
-    gate = judge_adequacy(setting, outcome, sensitivities, oddity)
-    if outcome.best.ids or gate.unknown:
-        setting, outcome, gate = _stands(setting, outcome, gate, sensitivities, oddity)
-    standing: tuple[Standing, ...] = ()
-    vague: tuple[str, ...] = ()
-    if not gate.unknown:
-        outcome, standing, vague = told(setting, outcome, standings(outcome))
-    best = outcome.best
-    if gate.unknown:
-        gate = modelled(setting, outcome, gate)
-        best = gate.fit or outcome.base
-    else:
-        best = moderated(outcome.judge, best)
+    decided = _decide(setting, outcome, sensitivities, oddity)
+    setting, outcome, gate, best = decided.setting, decided.outcome, decided.gate, decided.best
     held = look_at_holdout(setting, outcome, best, gate.scale)
     base_estimates = parameters(outcome.judge, outcome.base)
     after_estimates = parameters(outcome.judge, best) if gate.unknown else averaged(outcome, best)
-    findings = _findings(setting, outcome, standing, after_estimates, gate)
+    findings = _findings(setting, outcome, decided.standing, after_estimates, gate)
     port = findings[0].port if findings else "model"
     shown = traces(setting, outcome.base, best, marks, held, gate.scale)
     law, path = extended(setting, best, after_estimates, out)
@@ -80,14 +81,29 @@ def conclude(
         summary=summary(setting, findings, held, gate, spare_values(best)),
         trials=_trials(outcome),
         traces=shown,
-        curve=port_curve(setting, outcome, best, sensitivities, port),
+        curve=port_curve(setting, best, sensitivities, port),
         notes=(
-            *notes, *gate.notes, *vague, *bound_note(setting, outcome.base), *blind_note(setting, outcome),
-            *held.notes, *holdout_note(held),
+            *notes, *gate.notes, *decided.vague, *bound_note(setting, outcome.base),
+            *blind_note(setting, outcome), *held.notes, *holdout_note(held),
         ),
         noise=gate.noise,
         law=law,
     )  # fmt: skip
+
+
+def _decide(
+    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], oddity: Leftover | None
+) -> Decision:
+    """Gate the best hypothesis, then name what it holds, or model what nothing names."""
+    outcome = named_rather(with_rivals(setting, outcome))
+    gate = judge_adequacy(setting, outcome, sensitivities, oddity)
+    if outcome.best.ids or gate.unknown:
+        setting, outcome, gate = _stands(setting, outcome, gate, sensitivities, oddity)
+    if gate.unknown:
+        gate = modelled(setting, outcome, gate)
+        return Decision(setting, outcome, gate, gate.fit or outcome.base)
+    outcome, standing, vague = told(setting, outcome, standings(outcome))
+    return Decision(setting, outcome, gate, moderated(outcome.judge, outcome.best), standing, vague)
 
 
 def _stands(
@@ -157,6 +173,14 @@ def _own(known: Mapping[str, Estimate], id: str) -> tuple[Estimate, ...]:
     )
 
 
+NEAR = 5.0
+"""ΔBIC beyond CLOSE within which a hypothesis may come back with the next recording."""
+LAWS = 20.0
+"""… if it is another law of what is told already."""
+MOST = 5
+"""Hypotheses that may come back, that a recording has to exclude."""
+
+
 def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str | None:
     """The recording that would separate this effect from its equivalents."""
     from modelgen.diagnose.experiment.separate import separate
@@ -174,22 +198,14 @@ def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str | None:
         key=lambda f: f.bic,
     )
     rivals = [f for f in others if set(f.ids) != set(best.ids) and close(outcome, f)] + list(s.elsewise)
-    told = {i for f in (best, *rivals) for i in f.ids}
+    named = {i for f in (best, *rivals) for i in f.ids}
     near = [
         f
         for f in others
         if not any(f is r for r in rivals)
-        and f.bic - best.bic < CLOSE + (LAWS if set(f.ids) <= told else NEAR)
+        and f.bic - best.bic < CLOSE + (LAWS if set(f.ids) <= named else NEAR)
     ]
     return separate(setting, outcome, best, [as_ranked(outcome, f) for f in rivals], near[:MOST])
-
-
-NEAR = 5.0
-"""ΔBIC beyond CLOSE within which a hypothesis may come back with the next recording."""
-LAWS = 20.0
-"""… if it is another law of what is told already."""
-MOST = 5
-"""Hypotheses that may come back, that a recording has to exclude."""
 
 
 def _trials(outcome: Outcome) -> tuple[Trial, ...]:

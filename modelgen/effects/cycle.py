@@ -10,7 +10,7 @@ from typing import Any
 
 from modelgen.effects.damping import DRAG
 from modelgen.effects.damping import TEXTBOOK as JACOBSEN
-from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values
+from modelgen.effects.effect import ANY, Apply, Effect, Shape, Strength, Values
 from modelgen.effects.friction import DAHL, dahl_exponent, second_dahl_element
 from modelgen.effects.nonlinear_spring import HARDENS, quintic_stiffness
 from modelgen.effects.nonlinear_spring import TEXTBOOK as NAYFEH
@@ -33,7 +33,6 @@ from modelgen.language import (
     tanh,
 )
 
-ANY = (-float("inf"), float("inf"))
 SLIPPED = 1e-300
 """The least 1 − r whose power is taken: for exponents below one, slip is complete at a finite way."""
 

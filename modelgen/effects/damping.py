@@ -1,9 +1,8 @@
 """Damping in the time domain: dashpots that aren't linear, and the linear one."""
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values, add
+from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, add
 from modelgen.language import Abs, Model, Parameter, Port, sign
 
-ANY = (-float("inf"), float("inf"))
 DRAG = "drag with the square of speed, as of a turbulent fluid through an orifice"
 TEXTBOOK = "L. S. Jacobsen, Trans. ASME 52 (1930) 169"
 

@@ -5,10 +5,9 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values
+from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values
 from modelgen.language import Model, Parameter, Port, State, cos, exp, pi, sin
 
-ANY = (-float("inf"), float("inf"))
 WARMS = "the stiffness changes in the course of the record, as the sample warms up"
 SETTLES = Shape(
     "tau", "s", "duration", 0.3, 10.0, 4, text="time in which it settles; long for a steady drift"

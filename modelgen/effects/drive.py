@@ -9,10 +9,9 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Effect, Strength, Values
+from modelgen.effects.effect import ANY, Effect, Strength, Values
 from modelgen.language import Equation, Implicit, Model, Parameter, Port, Statement, im, j, re, sqrt
 
-ANY = (-float("inf"), float("inf"))
 HARMONIC = (
     "A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 4.1; first harmonic at constant force"
 )

@@ -20,6 +20,9 @@ from modelgen.units import factor, tidy
 Values = Mapping[str, Parameter]
 Apply = Callable[[Model, Port, Values], Model]
 
+ANY = (-inf, inf)
+"""Bounds of a strength of either sign."""
+
 
 @dataclass(frozen=True)
 class Strength:

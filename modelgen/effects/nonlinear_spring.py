@@ -3,11 +3,10 @@
 from collections.abc import Callable
 from typing import Any
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change
+from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, add, change
 from modelgen.language import Abs, Max, Port, exp, sign
 
 TEXTBOOK = "A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 1.2 and 4.1"
-ANY = (-float("inf"), float("inf"))
 HARDENS = "the spring hardens (or softens) with the displacement squared, alike in both directions"
 
 cubic_stiffness = Effect(

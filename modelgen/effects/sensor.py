@@ -6,10 +6,9 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Apply, Effect, Strength, Values, at_start, change
+from modelgen.effects.effect import ANY, Apply, Effect, Strength, Values, at_start, change
 from modelgen.language import Max, Model, Port, State, cos, exp, j, sin, sqrt
 
-ANY = (-float("inf"), float("inf"))
 LATE = "one channel is recorded later than the other"
 LAG = "the force channel has a low-pass filter"
 FILTER = "first-order filter, e.g. A. V. Oppenheim, A. S. Willsky, Signals and Systems (1997), sec. 6.5"

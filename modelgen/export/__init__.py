@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from modelgen.errors import InputError, did_you_mean
+from modelgen.errors import InputError, one_of
 
 if TYPE_CHECKING:
     from modelgen.export.c99 import Settings
@@ -20,14 +20,25 @@ def export(model: Model, target: str, folder: Path, settings: Settings | None = 
     Raises InputError for an unknown target or a wrong setting, ToolError when the folder can't be written.
     """
     if target not in TARGETS:
-        near = did_you_mean(target, TARGETS) or ";"
-        raise InputError(f"unknown target '{target}'{near} it is one of {', '.join(TARGETS)}")
+        raise InputError(f"unknown target '{target}'{one_of(target, TARGETS)}")
     from modelgen.export.c99 import Settings, export_c99
 
-    if target == "fmu" and settings and settings.fitter:
-        raise InputError("--fitter belongs to --target c99: units are tuned by the tool that runs them")
+    settings = settings or Settings()
     if target == "fmu":
         from modelgen.export.fmu import export_fmu
 
-        return export_fmu(model, folder, settings or Settings())
-    return export_c99(model, folder, settings or Settings())
+        _check_for_unit(settings)
+        return export_fmu(model, folder, settings)
+    return export_c99(model, folder, settings)
+
+
+def _check_for_unit(settings: Settings) -> None:
+    """Raise InputError for what a unit for a simulator does not have."""
+    wrong = {
+        "--fitter": settings.fitter and "units are tuned by the tool that runs them",
+        f"--real {settings.real}": settings.real != "double" and "variables of a unit are doubles",
+        "--range": settings.ranges and "units come without a self-test",
+    }
+    for option, why in wrong.items():
+        if why:
+            raise InputError(f"{option} belongs to --target c99: {why}")

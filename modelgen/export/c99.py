@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from modelgen.errors import InputError, ToolError, did_you_mean
+from modelgen.errors import InputError, ToolError, one_of
 from modelgen.export.datasheet import merge, render_sheet, take
 from modelgen.export.selftest import render_tests
 from modelgen.export.text import REALS, render, render_c
@@ -41,8 +41,7 @@ def export_c99(model: Model, folder: Path, settings: Settings) -> tuple[Path, ..
     or the C, which is written all the same, fails its own test.
     """
     if settings.real not in REALS:
-        near = did_you_mean(settings.real, REALS)
-        raise InputError(f"unknown precision '{settings.real}'{near or ';'} it is one of {', '.join(REALS)}")
+        raise InputError(f"unknown precision '{settings.real}'{one_of(settings.real, REALS)}")
     if settings.name:
         check_name(settings.name, "--name")
     unit = make_unit(model, parse_fixed(model, settings.fix), prefix=settings.name)

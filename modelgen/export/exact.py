@@ -16,6 +16,7 @@ from mpmath.libmp import NoConvergence
 from modelgen.codegen.integrate import Slopes, rosenbrock, runge_kutta
 from modelgen.errors import InputError
 from modelgen.language import Equation, Implicit, Model, State
+from modelgen.language.quantities import BACKWARD
 
 DIGITS = 40
 FAILURES = (InputError, ArithmeticError, ValueError, TypeError, NoConvergence)
@@ -104,7 +105,7 @@ def _run(
         env = parameters | {k: mp.mpmathify(v) for k, v in sample.items()}
         before = results[-1] if results else None
         for i in model.inputs:
-            if i.derived and i.derived[0] in ("previous", "turning") and i.name not in env:
+            if i.derived and i.derived[0] in BACKWARD and i.name not in env:
                 env[i.name] = (before or env)[i.derived[1]]
         for state in model.states:
             env[state.name] = before[state.name] if before else _value(state.initial, env)

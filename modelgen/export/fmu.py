@@ -28,6 +28,7 @@ from modelgen.export.unit import Unit, make_unit
 from modelgen.export.values import default_of, default_range, parse_fixed
 from modelgen.files import write_atomically
 from modelgen.language import Equation, Input, Model, State
+from modelgen.language.quantities import BACKWARD
 
 VERSIONS = (2, 3)
 
@@ -51,7 +52,7 @@ def export_fmu(model: Model, folder: Path, settings: Settings) -> tuple[Path, ..
 def stand_alone(model: Model) -> Model:
     """`model` with what follows from an input's motion computed from the input as it comes, step by step."""
     used = {s.name for x in model.statements for s in _free(x)}
-    moving = [i for i in model.inputs if i.derived and i.derived[0] not in ("previous", "turning")]
+    moving = [i for i in model.inputs if i.derived and i.derived[0] not in BACKWARD]
     moving = [i for i in moving if i.name in used or i.derived[0] == "rate"]  # type: ignore[index]
     if not moving:
         return model

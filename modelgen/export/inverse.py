@@ -18,8 +18,7 @@ from modelgen.errors import InputError, did_you_mean
 from modelgen.export.exact import DIGITS, run
 from modelgen.export.values import default_range, trials
 from modelgen.language import Equation, Implicit, Input, Model, Output, Parameter, State
-
-BACKWARD = ("previous", "turning")
+from modelgen.language.quantities import BACKWARD
 
 
 def inverse(model: Model, output: str = "", drive: str = "") -> Model:

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from modelgen.codegen.lower import PART
 from modelgen.codegen.program import Part, Program, Root, Sample
 from modelgen.codegen.real import Graph, Node
-from modelgen.codegen.split import Pair
 from modelgen.language import Model
+from modelgen.language.quantities import BACKWARD
 
 STEP = "dt"
 """The input that a model's clock becomes when all that counts is the time since the sample before."""
@@ -42,8 +42,7 @@ def at_step(model: Model, fixed: Mapping[str, float], kept: Mapping[str, tuple[i
 
 def at_start(model: Model, fixed: Mapping[str, float], kept: Mapping[str, tuple[int, ...]]) -> Places:
     """At the first sample, what looks back sees the sample itself."""
-    backward = ("previous", "turning")
-    own = {i.name: i.derived[1] for i in model.inputs if i.derived and i.derived[0] in backward}
+    own = {i.name: i.derived[1] for i in model.inputs if i.derived and i.derived[0] in BACKWARD}
     return Places({**fixed, **own}, None, kept)
 
 
@@ -107,19 +106,8 @@ def _copied(old: Graph, roots: Iterable[int], places: Places) -> tuple[Graph, di
 
 def _rewrite(sample: Sample, places: Places) -> Sample:
     graph, new = _copied(sample.graph, roots_of(sample), places)
-
-    def pair(p: Pair) -> Pair:
-        return (None if p[0] is None else new[p[0]], None if p[1] is None else new[p[1]])
-
-    return Sample(
-        graph,
-        {n: pair(p) for n, p in sample.equations.items()},
-        {n: pair(p) for n, p in sample.fitted.items()},
-        {n: tuple(pair(d) for d in row) for n, row in sample.jacobian.items()},
-        {n: new[at] for n, at in sample.states.items()},
-        {key: new[at] for key, at in sample.sensitivities.items()},
-        None if sample.part is None else _rewrite_part(sample.part, places),
-    )
+    part = None if sample.part is None else _rewrite_part(sample.part, places)
+    return replace(sample.moved(graph, new), part=part)
 
 
 def _rewrite_part(part: Part, places: Places) -> Part:

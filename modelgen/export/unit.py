@@ -25,6 +25,7 @@ KEYWORDS = frozenset((
     "false", "class", "template", "this", "new", "delete", "private", "public", "operator", "namespace",
     "signgam", "isnan", "isinf", "isfinite", "signbit", "fpclassify",
 ))  # fmt: skip
+WIDTH, INDENT = 120, " " * 8  # of a line; of its continuation
 assert "state" in RESERVED and "tangent" in RESERVED, "pointers of the functions below"
 
 
@@ -149,7 +150,8 @@ class _Maker:
             if n in self.previous
         )
         self.tangents = tuple(
-            Slot(sensitivity(n, d), f"d_{n}_{self._direction(d)}") for n, d in self.step.sensitivities
+            Slot(sensitivity(n, d), f"d_{n}_{self._direction(d)}", text=f"d{n}/d({self._direction(d)})")
+            for n, d in self.step.sensitivities
         )
         self.outputs = tuple(s for o in self.model.outputs for s in self._output(o.name))
         rows = tuple(s.name for o in self.program.outputs for s in self._output(o))
@@ -229,7 +231,7 @@ class _Maker:
                 for k, at in enumerate(results.jacobian)
             ]
         body += _guarded(checked, stores)
-        arguments = self._arguments(jacobian)
+        arguments = self._arguments(name, jacobian)
         unused = [x for x in ("p", "in") if not re.search(rf"\b{x}->", "\n".join(body))]
         body = [*(f"(void){x};" for x in unused if re.search(rf"\*{x}\b", arguments)), *body]
         return Routine(name, says, arguments, tuple(body), cost.operations)
@@ -247,7 +249,8 @@ class _Maker:
         form = {**sample.equations, **(sample.fitted if jacobian else {})}
         return [form[o.name] for o in self.model.outputs]
 
-    def _arguments(self, jacobian: bool) -> str:
+    def _arguments(self, name: str, jacobian: bool) -> str:
+        """Those of the function called `name`, over several lines where one would be too long."""
         parts = [f"const {self.prefix}_parameters *p"]
         if self.inputs:
             parts.append(f"const {self.prefix}_input *in")
@@ -258,7 +261,7 @@ class _Maker:
         parts.append(f"{self.prefix}_output *out")
         if jacobian:
             parts.append(f"double jac[{self.prefix.upper()}_ROWS][{self.prefix.upper()}_COLUMNS]")
-        return ", ".join(parts)
+        return _broken(parts, ", ", len(f"int {self.prefix}_{name}();"))
 
     def _loads(self, printer: Printer, need: list[int], starts: bool, moving: _Moving) -> list[str]:
         """Struct members that the body uses, as local constants; variables where a loop moves them."""
@@ -322,9 +325,22 @@ def _results(sample: Sample, program: Program, outputs: list[Pair], jacobian: bo
 def _guarded(checked: list[str], stores: list[str]) -> list[str]:
     """Nothing is written unless all results are finite."""
     names = [v for v in dict.fromkeys(checked) if re.match(r"\(*-?[A-Za-z_]", v)]  # numbers are finite
-    test = " && ".join(f"mg_finite({_bare(v)})" for v in names) or "1"
+    test = _broken([f"mg_finite({_bare(v)})" for v in names], " && ", len("    if () {")) or "1"
     return ["int status = 1;", f"if ({test}) {{", *(f"    {s}" for s in stores), "    status = 0;", "}",
             "return status;"]  # fmt: skip
+
+
+def _broken(parts: Sequence[str], between: str, beside: int) -> str:
+    """Parts of a list in C, over lines of at most WIDTH characters of which one has `beside` more."""
+    lines, width = [""], beside
+    for k, part in enumerate(parts):
+        piece = part + (between if k < len(parts) - 1 else "")
+        if lines[-1] and width + len(piece) > WIDTH:
+            lines.append("")
+            width = len(INDENT)
+        lines[-1] += piece
+        width += len(piece)
+    return f"\n{INDENT}".join(line.rstrip() for line in lines)
 
 
 def _bare(text: str) -> str:

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modelgen.errors import InputError, did_you_mean
+from modelgen.errors import InputError, one_of
 from modelgen.language import Input, Model, Parameter
+from modelgen.language.quantities import BACKWARD
 
 POINTS = 16
 SAMPLES = 64
@@ -57,12 +58,17 @@ def parse_ranges(model: Model, given: Sequence[str]) -> dict[str, Range]:
     found = {}
     for text in given:
         name, _, ends = text.partition("=")
+        name = name.strip()
         if name not in names:
-            raise InputError(f"--range {text}: no input '{name}'{did_you_mean(name, names)}; {names}")
+            raise InputError(f"--range {text}: no input '{name}'{one_of(name, names)}")
+        if name in found:
+            raise InputError(f"--range {text}: '{name}' is given twice")
         try:
             low, high = (float(x) for x in ends.split(":"))
         except ValueError:
             raise InputError(f"--range {text}: wanted NAME=LOW:HIGH, two numbers") from None
+        if not (math.isfinite(low) and math.isfinite(high)):
+            raise InputError(f"--range {text}: finite numbers are wanted")
         if not low < high:
             raise InputError(f"--range {text}: {low:g} is not below {high:g}")
         found[name] = (low, high)
@@ -123,9 +129,6 @@ def _grid(
         row |= {i.name: 0.5 + s for i in model.inputs if i.derived and i.derived[0] not in BACKWARD}
         rows.append({n: round_to(float(f"{v:.6g}")) for n, v in row.items()})
     return tuple(rows)
-
-
-BACKWARD = ("previous", "turning")
 
 
 def _motion(

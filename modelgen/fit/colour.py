@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from modelgen.fit.series import Array, Whitener
+from modelgen.fit.whitener import Array, Whitener
 
 UNBELIEVED = 1e8
 """Variance of a sample that weighs nothing."""

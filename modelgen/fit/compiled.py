@@ -16,7 +16,8 @@ from modelgen.codegen.fitters import Descent, Recording, address, library
 from modelgen.codegen.function import Prepared
 from modelgen.fit.pool import cores, share, slices
 from modelgen.fit.recorded import Recorded
-from modelgen.fit.series import Series, Whitener
+from modelgen.fit.series import Series
+from modelgen.fit.whitener import Whitener
 
 if TYPE_CHECKING:
     from modelgen.fit.experiment import Layout

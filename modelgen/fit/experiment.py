@@ -14,7 +14,8 @@ from modelgen.codegen.function import Function, Prepared
 from modelgen.errors import InputError
 from modelgen.fit.compiled import Compiled, compiled
 from modelgen.fit.problem import Problem
-from modelgen.fit.series import Array, Series, Whitener
+from modelgen.fit.series import Array, Series
+from modelgen.fit.whitener import Whitener
 from modelgen.language import Model, Parameter
 from modelgen.recordings import Case
 

@@ -76,20 +76,28 @@ def fit(
     moved = with_motion(ex, case, case.fit, outcome.theta)
     if moved is not ex:
         ex, problem, outcome = moved, *_again(moved, problem, outcome, constrained)
-    known = assess(problem, outcome.theta, estimate_noise=not all(s.stated for s in series))
-    parts = [(s, ex.raw(outcome.theta, k), w) for k, (s, w) in enumerate(_whitened(ex, outcome.theta))]
-    parts += [predict(ex, case, outcome.theta, r) for r in case.holdout]
-    found = estimates(problem, outcome.theta, known)
+    return _result(ex, case, problem, outcome, says, began)
+
+
+def _result(
+    ex: Experiment, case: Case, problem: Problem, outcome: Outcome, method: str, began: float
+) -> FitResult:
+    """Uncertainties at an optimum, hold-out recordings predicted from it, and what a reader should know."""
+    model, theta = ex.model, outcome.theta
+    known = assess(problem, theta, estimate_noise=not all(s.stated for s in ex.series))
+    parts = [(s, ex.raw(theta, k), w) for k, (s, w) in enumerate(_whitened(ex, theta))]
+    parts += [predict(ex, case, theta, r) for r in case.holdout]
+    found = estimates(problem, theta, known)
     over = {role: _rms([w for s, _, w in parts if s.role == role]) for role in ("fit", "holdout")}
     return FitResult(
         model=model.id, parameters=found, correlation=known.correlation, rank=known.rank,
         undetermined=known.undetermined, rms=_by_unit(model, parts), rms_over_noise=over,
-        seconds=time.perf_counter() - began, reason=outcome.reason.value, method=says,
+        seconds=time.perf_counter() - began, reason=outcome.reason.value, method=method,
         recordings=tuple(_recording(model, *p) for p in parts),
         notes=(
             *_notes(case, outcome, found, over["fit"]),
-            *broken(model, _values(ex, outcome.theta)),
-            *map(str, confusions(ex, outcome.theta, known)),
+            *broken(model, _values(ex, theta)),
+            *map(str, confusions(ex, theta, known)),
         ),
         traces=tuple(make_trace(model, s, raw, raw, np.zeros(s.n, bool), s.whitener) for s, raw, _ in parts),
     )  # fmt: skip

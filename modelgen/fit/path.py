@@ -14,8 +14,9 @@ import numpy as np
 from modelgen.fit.colour import factor, through
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.motion import MotionError, TurnError, motion_error, smears, turn_error
-from modelgen.fit.series import Array, Series, Whitener
+from modelgen.fit.series import Array, Series
 from modelgen.fit.together import Together
+from modelgen.fit.whitener import Whitener
 from modelgen.language import Model
 from modelgen.recordings import Case, Recording
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from modelgen.codegen.fitters import Noise, Recording, address, library
 from modelgen.codegen.function import Prepared
-from modelgen.fit.series import Whitener
+from modelgen.fit.whitener import Whitener
 
 Array = np.ndarray[Any, np.dtype[Any]]
 LANES = 8  # numbers of a cache line; MG_LANES

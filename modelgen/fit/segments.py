@@ -17,7 +17,8 @@ import numpy as np
 from modelgen.codegen import build_many
 from modelgen.codegen.function import Function, Prepared
 from modelgen.codegen.lower import primary_outputs
-from modelgen.fit.series import Array, Series, Whitener
+from modelgen.fit.series import Array, Series
+from modelgen.fit.whitener import Whitener
 from modelgen.language import Model, Output, Parameter
 
 if TYPE_CHECKING:

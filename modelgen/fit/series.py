@@ -2,91 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
 from modelgen.errors import InputError
 from modelgen.fit.together import Together, smooth_modes
+from modelgen.fit.whitener import Array, Whitener
 from modelgen.language import Model
 from modelgen.recordings import Case, Channel, Recording, Signature
 from modelgen.recordings.case import Noise
 
-Array = np.ndarray[Any, np.dtype[Any]]
-
-
 BELIEVED = 1.3
 """A stated noise of an input is believed when the record itself holds up to this many times as much."""
-
-
-@dataclass(frozen=True, eq=False)
-class Whitener:
-    """Turns residuals into independent ones of unit variance, as far as the noise is known.
-
-    weight: (channels, n) real, or (n,) complex, which multiplies the complex residual (so that a noise that
-    is relative to |Z| is turned into the frame of Z). root: errors that the samples have together.
-    share: (n,), by which `masked` has lowered the weight. ar: coefficients (1, a1, …) of a whitening filter
-    along the samples; undo: (n,) share that is divided out before it (noise that adds to a coloured one,
-    instead of modulating it); band: (order + 1, n), lower banded Cholesky factor of the covariance of what
-    the filter leaves. smear: (n,) half-widths, in samples, over which the noise that `share` allows for is
-    correlated. slow: whether the filter is that of a power of the frequency: one number, however long.
-    """
-
-    weight: Array
-    root: Together | None = None
-    ar: Array | None = None
-    share: Array | None = None
-    smear: Array | None = None
-    undo: Array | None = None
-    band: Array | None = None
-    slow: bool = False
-
-    @property
-    def order(self) -> int:
-        """Numbers that describe the colour."""
-        return 0 if self.ar is None else 1 if self.slow else len(self.ar) - 1
-
-    def apply(self, e: Array) -> Array:
-        """Whiten residuals or their derivatives: (channels, n) or (channels, columns, n), same shape back."""
-        w = self.weight
-        if np.iscomplexobj(w):
-            turned = (e[0] + 1j * e[1]) * w
-            white = np.stack([turned.real, turned.imag])
-        else:
-            white = e * (w if e.ndim == 2 else w[:, None, :])
-        if self.root is not None:
-            white = self.root.apply(white)
-        return white if self.ar is None else self.colour(white)
-
-    def colour(self, white: Array) -> Array:
-        """Whiten along the samples (the last axis) what has its weight already."""
-        if self.ar is None:
-            return white
-        white = white if self.undo is None else white / self.undo
-        filtered = self.ar[0] * white
-        for lag, a in enumerate(self.ar[1:], 1):
-            filtered[..., lag:] += a * white[..., :-lag]
-        if self.band is None:
-            return np.asarray(filtered)
-        from scipy.linalg.lapack import dtbtrs
-
-        n = filtered.shape[-1]
-        solved, _ = dtbtrs(self.band, filtered.reshape(-1, n).T, uplo="L")
-        found = np.ascontiguousarray(solved.T).reshape(filtered.shape)
-        return found if self.share is None else np.where(self.share > 0, found, 0.0)
-
-    def scaled(self, factor: float | Array) -> Whitener:
-        """For noise that is `factor` times as large."""
-        return replace(self, weight=self.weight / factor)
-
-    def masked(self, keep: Array) -> Whitener:
-        """With samples down-weighted by `keep` (n,), 0 … 1: they count as measured with a noise 1/keep as
-        large."""
-        share = keep if self.share is None else keep * self.share
-        root = None if self.root is None else self.root.weighed(keep)
-        return replace(self, weight=self.weight * keep, share=share, root=root)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,10 +93,36 @@ def make_series(model: Model, case: Case, recording: Recording) -> Series:
     output that never changes and of which no noise is stated.
     """
     from modelgen.codegen.inputs import complete_inputs
-    from modelgen.codegen.lower import primary_outputs
 
     _check_motion(model, recording)
     inputs, _ = complete_inputs(model, recording.inputs, input_noise(model, case, recording))
+    found = _measured(model, recording)
+    first, kind = found[0], recording.kinds[found[0]]
+    y = recording.outputs[first]
+    data, rows = _channels(model, recording, found)
+    if kind in ("complex", "modulus"):
+        spread, stated = _spread(case.noise_of(recording), first, kind, y)
+        reference = _between_neighbours(y, spread)
+        weight = _weight_of(reference, spread, kind)
+    else:
+        weight, stated = _weight(case, recording, found)
+        reference, spread = np.abs(y), (0.0, 0.0)
+    if not stated and data.shape[1] > 1 and not np.any(np.ptp(data, axis=1)):
+        raise InputError(
+            f"recording '{recording.name}': '{first}' is {y[0]:g} throughout and its noise is not stated: "
+            f"there is nothing to compare '{model.id}' with"
+        )
+    root = _calibration_root(model, case, recording, first, kind, weight, reference)
+    return Series(
+        recording.name, recording.role, inputs, np.ascontiguousarray(data), kind, rows, model[first].unit,
+        Whitener(weight, root), recording.constants, stated, reference, spread,
+    )  # fmt: skip
+
+
+def _measured(model: Model, recording: Recording) -> list[str]:
+    """The outputs that a fit compares, of those that are recorded. Raises InputError for none."""
+    from modelgen.codegen.lower import primary_outputs
+
     outputs = primary_outputs(model)
     found = [o for o in outputs if o in recording.outputs]
     if not found:
@@ -176,35 +131,23 @@ def make_series(model: Model, case: Case, recording: Recording) -> Series:
             f"recording '{recording.name}' holds {have}, "
             f"but a fit of '{model.id}' needs {' or '.join(outputs)}"
         )
-    unit = model[found[0]].unit
-    y = recording.outputs[found[0]]
-    kind = recording.kinds[found[0]]
-    rows: tuple[int, ...]
+    return found
+
+
+def _channels(model: Model, recording: Recording, found: Sequence[str]) -> tuple[Array, tuple[int, ...]]:
+    """Data (channels, n) of the outputs `found`, real, and which of the model's real outputs they are.
+
+    A complex output alone is both; of several real ones each is a channel.
+    """
+    from modelgen.codegen.lower import primary_outputs
+
+    y, kind = recording.outputs[found[0]], recording.kinds[found[0]]
     if kind == "complex":
-        data, measure, rows = np.stack([y.real, y.imag]), "complex", (0, 1)
-    elif kind in ("modulus", "phase"):
-        data, measure, rows = y[None, :], kind, (0,)
-    else:
-        data, measure = np.stack([recording.outputs[o] for o in found]), "real"
-        rows = tuple(outputs.index(o) for o in found)
-    if kind in ("complex", "modulus"):
-        spread, stated = _spread(case.noise_of(recording), found[0], kind, y)
-        reference = _between_neighbours(y, spread)
-        weight = _weight_of(reference, spread, kind)
-    else:
-        weight, stated = _weight(case, recording, found)
-        reference, spread = np.abs(y), (0.0, 0.0)
-    if not stated and data.shape[1] > 1 and not np.any(np.ptp(data, axis=1)):
-        raise InputError(
-            f"recording '{recording.name}': '{found[0]}' is {y[0]:g} throughout and its noise is not stated: "
-            f"there is nothing to compare '{model.id}' with"
-        )
-    root = _calibration_root(model, case, recording, found[0], kind, weight, reference)
-    whitener = Whitener(weight, root)
-    return Series(
-        recording.name, recording.role, inputs, np.ascontiguousarray(data), measure, rows, unit, whitener,
-        recording.constants, stated, reference, spread,
-    )  # fmt: skip
+        return np.stack([y.real, y.imag]), (0, 1)
+    if kind in ("modulus", "phase"):
+        return y[None, :], (0,)
+    outputs = primary_outputs(model)
+    return np.stack([recording.outputs[o] for o in found]), tuple(outputs.index(o) for o in found)
 
 
 def _check_motion(model: Model, recording: Recording) -> None:

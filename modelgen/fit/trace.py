@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from modelgen.fit.series import Array, Series, Whitener
+from modelgen.fit.series import Array, Series
+from modelgen.fit.whitener import Whitener
 from modelgen.language import Model
 
 

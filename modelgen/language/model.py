@@ -12,7 +12,7 @@ from typing import Any
 
 import sympy as sp
 
-from modelgen.errors import InputError, did_you_mean
+from modelgen.errors import InputError, did_you_mean, one_of
 from modelgen.language.quantities import (
     ComplexParameter,
     Condition,
@@ -41,8 +41,7 @@ def check_option(name: str, value: str, known: Iterable[str]) -> str:
     """Return `value` if it is one of the `known` values of a model's option; else raise InputError."""
     known = tuple(known)
     if value not in known:
-        near = did_you_mean(str(value), known)
-        raise InputError(f"option {name}={value!r} is none of {', '.join(known)}{near}")
+        raise InputError(f"option {name}: unknown value {value!r}{one_of(str(value), known)}")
     return value
 
 
@@ -194,10 +193,7 @@ class Model:
         known = dict(self.options)
         for key in options:
             if key not in known:
-                raise InputError(
-                    f"model '{self.id}' has no option '{key}'{did_you_mean(key, known)}; "
-                    f"it has {', '.join(known)}"
-                )
+                raise InputError(f"model '{self.id}' has no option '{key}'{one_of(key, known)}")
         return self.builder(**{**known, **options})
 
     # -- adding physics

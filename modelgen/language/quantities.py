@@ -112,8 +112,9 @@ class Input(Symbolic):
     """A quantity recorded or given at each sample.
 
     `derived` = (kind, input) marks one that is computed from another recorded input when it is not given:
-    "previous" (value at the sample before), "rate", "acceleration", "turning" (extreme value inside the
-    step). `range` is where its source used it: what an exported model is tested over.
+    "previous" (value at the sample before), "turning" (extreme value inside the step), "rate",
+    "acceleration", "amplitude", "quadrature" (a quarter of a cycle ahead). `range` is where its source used
+    it: what an exported model is tested over.
     """
 
     name: str
@@ -146,6 +147,10 @@ def amplitude_of(x: Input) -> Input:
 def quadrature_of(x: Input) -> Input:
     """`x` a quarter of a cycle ahead, at every frequency: its Hilbert transform (recordings.envelope)."""
     return Input(f"{x.name}_ahead", x.unit, f"{x.name} a quarter of a cycle ahead", ("quadrature", x.name))
+
+
+BACKWARD = ("previous", "turning")
+"""Kinds of derived input that look back along the path: what was before tells them, not how it moves."""
 
 
 def turning_point_of(x: Input) -> Input:

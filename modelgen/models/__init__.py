@@ -8,7 +8,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from modelgen.errors import InputError, did_you_mean
+from modelgen.errors import InputError, did_you_mean, one_of
 from modelgen.userfile import run_user_file
 
 if TYPE_CHECKING:
@@ -57,10 +57,7 @@ def load(spec: str, folder: Path | str = ".") -> Model:
         return getattr(sys.modules[__name__], spec)
     path, _, name = spec.rpartition(":") if ".py:" in spec else (spec, "", "")
     if not path.endswith(".py"):
-        raise InputError(
-            f"unknown model '{spec}'{did_you_mean(spec, SHIPPED) or ';'} "
-            f"it is one of {', '.join(SHIPPED)}, or path/to/file.py:NAME"
-        )
+        raise InputError(f"unknown model '{spec}'{one_of(spec, SHIPPED)}, or path/to/file.py:NAME")
     return _pick(path, name, run_user_file(path, Path(folder) / path, "a model"))
 
 

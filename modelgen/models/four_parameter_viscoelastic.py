@@ -5,20 +5,22 @@ three-parameter solid (spring in series with Kelvin–Voigt) has the response of
 The arm's dashpot follows its exact solution for a displacement that is linear between samples.
 """
 
+from math import inf
+
 from sympy import Symbol
 
 from modelgen.language import Equation, Parameter, State, expm1
-from modelgen.models.sample import ANY, F_0, c_D, k_D, k_f, sample_model, t, t_prev, v_D, z_D, z_D_prev
+from modelgen.models.sample import F_0, c_D, k_D, k_f, sample_model, t, t_prev, v_D, z_D, z_D_prev
 
 SOURCE = (
     "W. N. Findley, J. S. Lai, K. Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials, ch. 5"
 )
 TINY = 1e-30  # keeps (1 − e^(−x))/x finite at the first sample, where no time has passed
 
-k_M = Parameter("k_M", "N/mm", 0.1, (0.0, ANY), "stiffness of the Maxwell arm", SOURCE)
+k_M = Parameter("k_M", "N/mm", 0.1, (0.0, inf), "stiffness of the Maxwell arm", SOURCE)
 tau_M = Parameter("tau_M", "s", 0.1, (1e-6, 1e6), "its relaxation time, damping over stiffness", SOURCE)
 z_rest = Parameter(
-    "z_rest", "mm", 0.0, (-ANY, ANY), "where the arm rested before the record", SOURCE, known=True
+    "z_rest", "mm", 0.0, (-inf, inf), "where the arm rested before the record", SOURCE, known=True
 )
 
 x = Equation("x", (t - t_prev) / tau_M, "1", text="time step over relaxation time")

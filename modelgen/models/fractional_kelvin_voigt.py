@@ -6,17 +6,18 @@ C is the modulus at ω = 1 rad/s, so C D^α has the unit of a stiffness.
 """
 
 from dataclasses import replace
+from math import inf
 
 from modelgen.effects.effect import unit_omega
 from modelgen.effects.ladder import Ladder
 from modelgen.language import Equation, Parameter
-from modelgen.models.sample import ANY, F_0, k_D, k_f, sample_model, z_D
+from modelgen.models.sample import F_0, k_D, k_f, sample_model, z_D
 
 SOURCE = (
     "M. Caputo, F. Mainardi, Riv. Nuovo Cimento 1 (1971) 161; F. Mainardi, Fractional Calculus (2010), ch. 3"
 )
 
-C = Parameter("C", "N/mm", 0.2, (0.0, ANY), "modulus of the springpot at ω = 1 rad/s", SOURCE)
+C = Parameter("C", "N/mm", 0.2, (0.0, inf), "modulus of the springpot at ω = 1 rad/s", SOURCE)
 alpha = Parameter("alpha", "1", 0.16, (0.01, 0.99), "its order: 0 for a spring, 1 for a dashpot", SOURCE)
 
 F_r = Equation("F_r", k_f * z_D + F_0, "N", "(7)", "force of spring and offset")

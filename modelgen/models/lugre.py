@@ -7,13 +7,13 @@ mean speed, so it is stable for any stiffness of the bristles. With F_S = F_C an
 modified Dahl model, h_D = F_C, ρ = σ_0/F_C.
 """
 
+from math import inf
 from typing import Any
 
 from sympy import Symbol
 
 from modelgen.language import Abs, Equation, Parameter, Piecewise, State, dahl_step, exp
 from modelgen.models.sample import (
-    ANY,
     F_0,
     direction,
     k_D,
@@ -29,13 +29,13 @@ from modelgen.models.sample import (
 
 SOURCE = "C. Canudas de Wit et al., IEEE Trans. Autom. Control 40 (1995) 419"
 
-sigma_0 = Parameter("sigma_0", "N/mm", 0.34, (1e-6, ANY), "stiffness of the bristles", SOURCE)
-sigma_1 = Parameter("sigma_1", "N*s/mm", 0.0, (0.0, ANY), "damping of the bristles", SOURCE)
-sigma_2 = Parameter("sigma_2", "N*s/mm", 0.0912, (0.0, ANY), "viscous damping", SOURCE)
-F_C = Parameter("F_C", "N", 0.2309, (1e-6, ANY), "Coulomb friction", SOURCE)
-F_S = Parameter("F_S", "N", 0.3, (1e-6, ANY), "friction at rest", SOURCE)
-v_S = Parameter("v_S", "mm/s", 1.0, (1e-6, ANY), "Stribeck velocity", SOURCE)
-r_0 = Parameter("r_0", "1", 0.0, (-ANY, ANY), "friction state at the first sample", SOURCE)
+sigma_0 = Parameter("sigma_0", "N/mm", 0.34, (1e-6, inf), "stiffness of the bristles", SOURCE)
+sigma_1 = Parameter("sigma_1", "N*s/mm", 0.0, (0.0, inf), "damping of the bristles", SOURCE)
+sigma_2 = Parameter("sigma_2", "N*s/mm", 0.0912, (0.0, inf), "viscous damping", SOURCE)
+F_C = Parameter("F_C", "N", 0.2309, (1e-6, inf), "Coulomb friction", SOURCE)
+F_S = Parameter("F_S", "N", 0.3, (1e-6, inf), "friction at rest", SOURCE)
+v_S = Parameter("v_S", "mm/s", 1.0, (1e-6, inf), "Stribeck velocity", SOURCE)
+r_0 = Parameter("r_0", "1", 0.0, (-inf, inf), "friction state at the first sample", SOURCE)
 
 b_f = Equation("b_f", 1, "1", text="exponent of the way into slip")
 h_f = Equation("h_f", F_C, "N", text="friction level at speed")

@@ -3,6 +3,7 @@
 A model adds the equations of its force F_r to `motion`; a port is there where its equation is.
 """
 
+from math import inf
 from typing import Any
 
 from modelgen.language import (
@@ -21,7 +22,6 @@ from modelgen.language import (
 )
 
 TABLE_4 = "MRE paper, Table 4, stage 4, case M0"
-ANY = float("inf")
 
 t = Input("t", "s", "time")
 z = Input("z", "mm", "displacement", range=(-3.0, 3.0))
@@ -29,11 +29,11 @@ t_prev, z_prev, z_turn = previous(t), previous(z), turning_point_of(z)
 v = rate_of(z, "v", "mm/s")
 a = acceleration_of(z, "a", "mm/s**2")
 
-k_D = Parameter("k_D", "N/mm", 0.3834, (0.0, ANY), "stiffness, searched from 0 to 1.2", TABLE_4)
-c_D = Parameter("c_D", "N*s/mm", 0.0912, (0.0, ANY), "damping, searched from 0 to 1.8", TABLE_4)
-h_D = Parameter("h_D", "N", 0.0353, (0.0, ANY), "Coulomb friction, searched from 0 to 0.7", TABLE_4)
+k_D = Parameter("k_D", "N/mm", 0.3834, (0.0, inf), "stiffness, searched from 0 to 1.2", TABLE_4)
+c_D = Parameter("c_D", "N*s/mm", 0.0912, (0.0, inf), "damping, searched from 0 to 1.8", TABLE_4)
+h_D = Parameter("h_D", "N", 0.0353, (0.0, inf), "Coulomb friction, searched from 0 to 0.7", TABLE_4)
 rho = Parameter("rho", "1/mm", 1.46, (1e-9, 1e9), "σ/h_D, searched from 1 to 2", TABLE_4)
-F_0 = Parameter("F_0", "N", 1.3, (-ANY, ANY), "offset in the force", TABLE_4)
+F_0 = Parameter("F_0", "N", 1.3, (-inf, inf), "offset in the force", TABLE_4)
 r_0 = Parameter("r_0", "1", -1.0, (-1.0, 1.0), "friction state at the first sample", "MRE paper, sec. 4")
 
 z_D = Equation("z_D", z, "mm", "(7)", "displacement of the sample")

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from modelgen.errors import InputError, did_you_mean
+from modelgen.errors import InputError, did_you_mean, one_of
 from modelgen.truths import Secret, unseal
 from modelgen.truths.secret import DOMAINS
 
@@ -47,6 +47,8 @@ class Own:
 
 def own_trials(path: Path) -> list[Own]:
     """The trial of a secret's file, or all trials in the folders below a folder. Raises InputError."""
+    if not path.exists():
+        raise InputError(f"{path}: no such file or folder")
     if not path.is_dir():
         return [_of_file(path, path.stem)]
     folders = sorted({p.parent for name in (OPEN, WITHHELD) for p in path.rglob(name)})
@@ -129,9 +131,7 @@ def _check(path: Path, data: dict[str, Any]) -> None:
     """Raise InputError for what is no secret of one's own."""
     for name in data:
         if name not in FIELDS:
-            raise InputError(
-                f"{path}: no field '{name}'{did_you_mean(name, FIELDS)}; have {', '.join(FIELDS)}"
-            )
+            raise InputError(f"{path}: no field '{name}'{one_of(name, FIELDS)}")
     if data.get("schema") != SCHEMA:
         raise InputError(f'{path}: schema is {data.get("schema")!r}, "{SCHEMA}" is wanted')
     effects, base = data.get("effects"), data.get("base", {})

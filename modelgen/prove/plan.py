@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from modelgen.errors import InputError, did_you_mean
+from modelgen.errors import InputError, one_of
 from modelgen.truths import drawing
 from modelgen.truths.secret import DOMAINS, NOISES, NOISES_OF, family
 
@@ -47,9 +47,7 @@ def plan(
     for option, names, all_of in (("--noise", noises, NOISES), ("--domain", domains, DOMAINS)):
         for name in names:
             if name not in all_of:
-                raise InputError(
-                    f"{option}: no '{name}'{did_you_mean(name, all_of)}; have {', '.join(all_of)}"
-                )
+                raise InputError(f"{option}: no '{name}'{one_of(name, all_of)}")
     fitting = {d: [n for n in noises if n in NOISES_OF[d]] for d in domains}
     if not any(fitting.values()):
         raise InputError(f"--noise: {', '.join(domains)} has no noise of kind {', '.join(noises)}")

@@ -102,6 +102,13 @@ class Case:
         """The recordings that neither a fit nor a choice between hypotheses may see."""
         return tuple(r for r in self.recordings if r.role == "holdout")
 
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """What it was read from: its own file, its recordings', and its model's where that is the user's."""
+        stem, python, _ = self.model.partition(".py")
+        model = self.path.parent / (stem + python) if self.path and python else None
+        return tuple(p for p in (self.path, model, *(r.path for r in self.recordings)) if p is not None)
+
 
 def load_case(case_file: CaseFile, signature: Signature) -> Case:
     """Read the recordings of a case and check its names against the model's signature.

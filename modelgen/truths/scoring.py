@@ -45,7 +45,6 @@ def score(secret: Secret, verdict: Mapping[str, Any]) -> dict[str, Any]:
     first = effects[0] if effects else {}
     name = str(first.get("id", ""))
     named = [str(e.get("id", "")) for e in effects]
-    stated = {name, *map(str, first.get("equivalents") or [])} - {""}
     marks: dict[str, Any] = {
         "adequate": bool(verdict.get("adequate")) == (not secret.effects),
         "extra": max(0, len(named) - len(secret.effects)),
@@ -64,27 +63,39 @@ def score(secret: Secret, verdict: Mapping[str, Any]) -> dict[str, Any]:
         marks["unknown"] = name.startswith("unknown")
         marks["misnamed"] = bool(name) and not marks["unknown"]
     else:
-        ids = set().union(*right.values())
-        families = {family(i) for i in ids}
-        marks |= {
-            "named": name in ids,
-            "family": family(name) in families,
-            "in_set": bool(stated & ids),
-            "port": _port_right(first, right, secret.domain),
-            "set_size": len(stated),
-            "claimed": first.get("probability"),
-        }
+        marks |= _of_first(first, right, secret.domain)
         if len(right) > 1:
-            claims = [
-                {family(n), *map(family, map(str, e.get("equivalents") or []))}
-                for n, e in zip(named, effects, strict=True)
-            ]
-            exact = {family(n) for n in named}
-            marks["both"] = all({family(i) for i in good} & exact for good in right.values())
-            marks["both_in_sets"] = all(
-                any({family(i) for i in good} & c for c in claims) for good in right.values()
-            )
+            marks |= _of_pair(effects, right)
     return marks
+
+
+def _stated(effect: Mapping[str, Any]) -> set[str]:
+    """A claim's id and its equivalents."""
+    return {str(effect.get("id", "")), *map(str, effect.get("equivalents") or [])} - {""}
+
+
+def _of_first(first: Mapping[str, Any], right: Mapping[str, set[str]], domain: str) -> dict[str, Any]:
+    """How the first claim does where listed effects are concealed."""
+    name, stated, ids = str(first.get("id", "")), _stated(first), set().union(*right.values())
+    return {
+        "named": name in ids,
+        "family": family(name) in {family(i) for i in ids},
+        "in_set": bool(stated & ids),
+        "port": _port_right(first, right, domain),
+        "set_size": len(stated),
+        "claimed": first.get("probability"),
+    }
+
+
+def _of_pair(effects: Sequence[Mapping[str, Any]], right: Mapping[str, set[str]]) -> dict[str, bool]:
+    """Whether each concealed effect's family is named, and is in what some claim states."""
+    wanted = [{family(i) for i in good} for good in right.values()]
+    named = {family(str(e.get("id", ""))) for e in effects}
+    claims = [{family(n) for n in _stated(e)} for e in effects]
+    return {
+        "both": all(families & named for families in wanted),
+        "both_in_sets": all(any(families & c for c in claims) for families in wanted),
+    }
 
 
 def _port_right(first: Mapping[str, Any], right: Mapping[str, set[str]], domain: str) -> bool:

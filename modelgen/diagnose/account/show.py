@@ -9,7 +9,7 @@ import numpy as np
 
 from modelgen.diagnose.account.holdout import Held
 from modelgen.diagnose.hypotheses.refit import Fit
-from modelgen.diagnose.hypotheses.setting import Outcome, Setting
+from modelgen.diagnose.hypotheses.setting import Setting
 from modelgen.diagnose.verdict import PortCurve
 from modelgen.fit.series import Array, Series
 from modelgen.fit.trace import Trace, make_trace
@@ -72,7 +72,7 @@ def port_sensitivities(setting: Setting, base: Fit) -> dict[str, Array]:
 
 
 def port_curve(
-    setting: Setting, outcome: Outcome, best: Fit, sensitivities: Mapping[str, Array], port: str
+    setting: Setting, best: Fit, sensitivities: Mapping[str, Array], port: str
 ) -> PortCurve | None:
     """What would have to be added at the port of the first effect, and the law through it. Frequency models
     only."""

@@ -22,7 +22,8 @@ from modelgen.errors import InputError
 from modelgen.fit import GaussNewton
 from modelgen.fit.experiment import Experiment, Layout
 from modelgen.fit.motion import errors_in_motion
-from modelgen.fit.series import Array, Series, Whitener, input_noise, make_series
+from modelgen.fit.series import Array, Series, input_noise, make_series
+from modelgen.fit.whitener import Whitener
 from modelgen.recordings import Case, Noise, Recording
 from modelgen.recordings.noise import noise_std
 

@@ -17,10 +17,9 @@ from modelgen.diagnose.hypotheses.hypothesis import Addition, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
 from modelgen.effects import Effect, Shape, Strength
-from modelgen.effects.effect import add
+from modelgen.effects.effect import ANY, add
 from modelgen.language import Abs, Port, cos, j, sign, sin
 
-ANY = (-float("inf"), float("inf"))
 SOURCE = "a description, no law"
 Term = tuple[int, int, Callable[[Any, Any], Any]]
 """Powers of displacement and of speed in its unit, and the term of z and v."""

@@ -22,7 +22,7 @@ from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import COLOUR_SWEEP, COLOUR_TIME
 from modelgen.diagnose.search.screen import Tangent
 from modelgen.fit.colour import coloured
-from modelgen.fit.series import Array, Whitener
+from modelgen.fit.whitener import Array, Whitener
 from modelgen.language import Model
 
 

@@ -20,7 +20,7 @@ from modelgen.diagnose.hypotheses.scales import record_scales
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
 from modelgen.diagnose.search.screen import Tangent, score
 from modelgen.effects import search_range
-from modelgen.fit.series import Array, Whitener
+from modelgen.fit.whitener import Array, Whitener
 
 FEW = 2
 """The best kinds of resonances, whose fits go on."""

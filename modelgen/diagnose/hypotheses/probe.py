@@ -1,10 +1,8 @@
 """A constant added at a port: its derivative tells how the output feels the port."""
 
 from modelgen.diagnose.hypotheses.hypothesis import Addition
-from modelgen.effects.effect import Effect, Strength, add
+from modelgen.effects.effect import ANY, Effect, Strength, add
 from modelgen.language import Port
-
-_ANY = (-float("inf"), float("inf"))
 
 
 def probe(port: Port) -> Addition:
@@ -14,7 +12,7 @@ def probe(port: Port) -> Addition:
         (port.kind,),
         "a constant",
         "",
-        (Strength("x", "{port}", bounds=_ANY),),
+        (Strength("x", "{port}", bounds=ANY),),
         add(lambda at, p: p["x"]),
     )
     return Addition(effect, port, {})

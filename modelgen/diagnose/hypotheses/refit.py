@@ -14,7 +14,7 @@ from modelgen.diagnose.hypotheses.pasts import is_past, price
 from modelgen.errors import InputError
 from modelgen.fit import GaussNewton
 from modelgen.fit.experiment import Layout
-from modelgen.fit.series import Array, Whitener
+from modelgen.fit.whitener import Array, Whitener
 
 SPRINT = 12
 """Steps after which descents from several starts are compared."""

@@ -20,7 +20,8 @@ from modelgen.diagnose.hypotheses.evidence import deviance
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.fit.colour import noise_like
-from modelgen.fit.series import Series, Whitener, input_noise
+from modelgen.fit.series import Series, input_noise
+from modelgen.fit.whitener import Whitener
 from modelgen.language import Model
 from modelgen.recordings import Case
 

@@ -14,8 +14,9 @@ import numpy as np
 
 from modelgen.diagnose.hypotheses.evidence import Smooth
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
-from modelgen.fit.series import Array, Series, Whitener
+from modelgen.fit.series import Array, Series
 from modelgen.fit.together import Together, smooth_modes
+from modelgen.fit.whitener import Whitener
 
 LENGTHS = (0.15, 0.3, 0.6, 1.2, 2.4)
 """Correlation lengths in ln f that are tried."""

@@ -11,7 +11,7 @@ import numpy as np
 from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis
 from modelgen.effects import Shape, Strength
 from modelgen.fit.pool import slices
-from modelgen.fit.series import Array, Whitener
+from modelgen.fit.whitener import Array, Whitener
 
 BLIND = 1e-7
 """Share of a derivative's square that must be left beside the base's sensitivities; less is a parameter

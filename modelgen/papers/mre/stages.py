@@ -23,7 +23,8 @@ from modelgen.fit.experiment import Experiment, experiment
 from modelgen.fit.method import Method
 from modelgen.fit.problem import Problem
 from modelgen.fit.random import RandomChanges, RandomSets
-from modelgen.fit.series import Whitener, make_series
+from modelgen.fit.series import make_series
+from modelgen.fit.whitener import Whitener
 from modelgen.models.modified_dahl import modified_dahl
 from modelgen.recordings import Case, Noise, Recording
 
@@ -167,10 +168,10 @@ def estimate(
     low, high = (np.array([RANGES[n][k] for n in merit.names]) for k in (0, 1))
     rng = np.random.default_rng(seed)
     in_ranges = replace(merit, lower=low, upper=high, start=(low + high) / 2)
-    two = _stage(ex, merit, s_c, RandomSets(), in_ranges, in_ranges.start, rng)
-    three = _stage(ex, merit, s_c, RandomChanges(changes), merit, _point(merit, two), rng) if changes else two
+    two = _stage(ex, merit, RandomSets(), in_ranges, in_ranges.start, rng)
+    three = _stage(ex, merit, RandomChanges(changes), merit, _point(merit, two), rng) if changes else two
     # lsqcurvefit took the weighted force: J_e of M1 rises in stage 4, as no unweighted fit could make it
-    four = _stage(ex, merit, s_c, GaussNewton(), merit, _point(merit, three), rng)
+    four = _stage(ex, merit, GaussNewton(), merit, _point(merit, three), rng)
     return Estimated(cycle, first, (two, three, four))
 
 
@@ -179,7 +180,7 @@ def _point(problem: Problem, stage: StageFound) -> Array:
 
 
 def _stage(
-    ex: Experiment, merit: Problem, s_c: Array, method: Method, problem: Problem, start: Array, rng: Any
+    ex: Experiment, merit: Problem, method: Method, problem: Problem, start: Array, rng: Any
 ) -> StageFound:
     began = time.perf_counter()
     theta = method.run(problem, start, seed=rng).theta
