@@ -20,7 +20,7 @@ from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_wh
 from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, record_scales
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.between import smoothly_driven
-from modelgen.diagnose.noise.floor import slanted, two_parts
+from modelgen.diagnose.noise.floor import parted, slanted
 from modelgen.diagnose.noise.noise import laid_open, marked, masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.diagnose.noise.thin import thin
@@ -31,7 +31,7 @@ from modelgen.effects import Effect
 from modelgen.fit.experiment import experiment
 from modelgen.fit.motion import allowing, motion_error
 from modelgen.fit.scatter import local_scatter, rounding, stands
-from modelgen.fit.series import Array, Series, make_series
+from modelgen.fit.series import Array, Series, make_series, sizes_of
 from modelgen.language import Model, previous
 from modelgen.recordings import Case
 from modelgen.recordings.convert import is_time
@@ -123,7 +123,7 @@ def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> 
         experiment(model, case, series).problem()  # says in one line what is wrong
     judge = white_judge(series)
     fit, others = fit_base(base[0], judge, seed)
-    spread = two_parts(series, plain_white(fit))
+    spread = parted(series, plain_white(fit))
     if any(a is not b for a, b in zip(series, spread, strict=True)):
         series, base = spread, make_hypotheses(model, case, spread, [()])
         judge = white_judge(series)
@@ -183,8 +183,9 @@ def _referred(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
         e = fit.hypothesis.experiment.raw(fit.theta, k)
         base = s.data + e
         base = base[0] + 1j * base[1] if s.measure == "complex" else base[0]
-        noise = WITHIN * np.hypot(s.spread[0], s.spread[1] * s.size)
-        near = np.abs(base - s.reference) < np.maximum(NEAR * s.size, noise if s.spread[0] else 0.0)
+        noise = WITHIN * sizes_of(s.spread, s.size)
+        floors = bool(s.spread[0] or s.spread[2])
+        near = np.abs(base - s.reference) < np.maximum(NEAR * s.size, noise if floors else 0.0)
         found.append(s.referred(np.where(near, base, s.reference)))
     return tuple(found)
 
@@ -203,7 +204,8 @@ def _levelled(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
             own = [rounding(y) * float(np.median(w)) for y, w in zip(s.data, s.whitener.weight, strict=True)]
             scatter = max(scatter, float(np.median(own)))
         level = max(scatter, 1e-6)
-        spread = (s.spread[0] * level, s.spread[1] * level)
+        absolute, relative, inverse = s.spread
+        spread = (absolute * level, relative * level, inverse * level)
         levelled.append(replace(s, whitener=s.whitener.scaled(level), spread=spread))
     return tuple(levelled)
 
