@@ -217,8 +217,15 @@ def set_up(model: Model, case: Case, ground: Ground, catalogue: Sequence[Effect]
     sizes = {p.equation: port_scale(p, values) for p in model.ports}
     along = [s.inputs[model.axis] for s in ground.series]
     motions = {p.equation: motion_scales(model, p, values, along) for p in model.ports}
-    found = additions(model, catalogue, record_scales(model, ground.series), sizes, motions)
+    scales, repeats = record_scales(model, ground.series), _repeats(model, ground.series)
+    found = additions(model, catalogue, scales, sizes, motions, repeats)
     return Setting(model, case, ground.series, tuple(found), ground.others)
+
+
+def _repeats(model: Model, series: Sequence[Series]) -> tuple[str, ...]:
+    """Names of the sweeps that repeat the first: nothing is known to differ."""
+    alike = all(dict(s.constants) == dict(series[0].constants) for s in series)
+    return () if model.is_time_model or not alike else tuple(s.name for s in series[1:])
 
 
 def _searched(

@@ -129,7 +129,8 @@ def predict(fit: Fit, s: Series, setting: Setting) -> tuple[Experiment, Array]:
     """A fitted hypothesis on another recording: the experiment and θ, the recording's own parameters
     fitted."""
     e = fit.hypothesis.experiment
-    layout = make_layout(e.model, setting.case, (s,))
+    case = replace(setting.case, per_recording=(*setting.case.per_recording, *e.layout.own))
+    layout = make_layout(e.model, case, (s,))
     other = Experiment(e.model, e.function, _same_order(e, layout), (s,), e.constants)
     known = dict(zip(e.layout.wrt, e.local(fit.theta, 0), strict=True))
     theta = np.array([known[n.split("[")[0]] for n in other.layout.names])
