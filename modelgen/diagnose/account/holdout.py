@@ -109,7 +109,8 @@ def _over_spread(s: Series, axis: str) -> tuple[Array, Array]:
     w = s.whitener
     share = np.ones(s.n) if w.share is None else w.share
     used = share > 0
-    over = np.abs(s.spread_by(s.spread).whitener.weight[used]) * share[used] / np.abs(w.weight[used])
+    alone = replace(s, whitener=replace(w, root=None)).spread_by(s.spread).whitener.weight
+    over = np.abs(alone[used]) * share[used] / np.abs(w.weight[used])
     order = np.argsort(s.inputs[axis][used])
     return s.inputs[axis][used][order], over[order]
 
