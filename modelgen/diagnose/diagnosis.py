@@ -123,7 +123,8 @@ def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> 
         experiment(model, case, series).problem()  # says in one line what is wrong
     judge = white_judge(series)
     fit, others = fit_base(base[0], judge, seed)
-    spread = parted(series, plain_white(fit))
+    f = [s.inputs[model.axis] for s in series]
+    spread = parted(series, f, plain_white(fit))
     if any(a is not b for a, b in zip(series, spread, strict=True)):
         series, base = spread, make_hypotheses(model, case, spread, [()])
         judge = white_judge(series)
@@ -141,7 +142,7 @@ def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> 
     if not model.is_time_model:
         raw = [fit.hypothesis.experiment.raw(fit.theta, k) for k in range(len(series))]
         white = [s.whitener.apply(e) for s, e in zip(series, raw, strict=True)]
-        series = slanted(series, [s.inputs[model.axis] for s in series], white)
+        series = slanted(series, f, white)
     base = make_hypotheses(model, case, series, [()])
     judge = white_judge(series)
     fit = judge.fit(base[0], [fit.theta, *base_starts(base[0], seed, 4)])

@@ -33,22 +33,25 @@ POWERS = (-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0)
 """Noise over noise as known, as powers of the frequency: averages over one time fall with half a power."""
 
 
-def parted(series: Sequence[Series], white: Sequence[Array]) -> tuple[Series, ...]:
-    """Complex series with an absolute noise, a relative one, and that of an ammeter, as far as `white`,
-    residuals of a first fit over the noise as stated, scatter so.
+def parted(series: Sequence[Series], f: Sequence[Array], white: Sequence[Array]) -> tuple[Series, ...]:
+    """Complex series at frequencies f with an absolute noise, a relative one, and that of an ammeter, as far
+    as `white`, residuals of a first fit over the noise as stated, scatter so.
 
     What is stated stands: noise is no less than that.
     """
-    return tuple(_parted(s, e) for s, e in zip(series, white, strict=True))
+    return tuple(map(_parted, series, f, white))
 
 
-def _parted(s: Series, white: Array) -> Series:
+def _parted(s: Series, f: Array, white: Array) -> Series:
     if s.measure != "complex" or s.n < FEWEST or np.count_nonzero(s.spread) > 1:
         return s
     known = int(np.argmax(s.spread))
     shapes = np.array([s.size ** (2.0 * (p - known)) for p in GROWS])
     typical = np.median(shapes, axis=1)
-    found = _parts(white, shapes / typical[:, None], known)
+    shapes /= typical[:, None]
+    found = _parts(white, shapes, known)
+    if found is not None and found[2] > 0:
+        found = _slope_rather(white, f, shapes, known, found)
     if found is None:
         return s
     found[known] = max(found[known], 1.0 if s.stated else 0.0)
@@ -93,15 +96,27 @@ def _parts(white: Array, shapes: Array, known: int) -> Array | None:
     if square.size < FEWEST:
         return None
     units = np.eye(len(shapes))
-    parts = units[known]
+    parts = alone = units[known]
     least, level = _deviance(square, parts @ expected)
     while True:
         mixtures = [parts + share * y for y in units for share in SHARES]
         tries = [(*_deviance(square, p @ expected), p) for p in (*mixtures, *units)]
         best = min(tries, key=lambda x: x[0])
         if (least - best[0]) / ALIKE < SURE:
-            return None if parts is units[known] else level * parts
+            return None if parts is alone else level * parts
         least, level, parts = best
+
+
+def _slope_rather(white: Array, f: Array, shapes: Array, known: int, found: Array) -> Array | None:
+    """The `found` parts; those without an ammeter's, where a noise that goes with a power of the frequency
+    does better: a resonance is at some frequencies only, too."""
+    two = _parts(white, shapes[:2], known)
+    less = np.append(np.eye(2)[known] if two is None else two, 0.0)
+    over = f / np.sqrt(f.min() * f.max())
+    slopes = [_deviance(*_differences(white, less @ shapes * over ** (2 * p)))[0] for p in POWERS]
+    if _deviance(*_differences(white, found @ shapes))[0] <= min(slopes):
+        return found
+    return None if two is None else less
 
 
 def _deviance(square: Array, shape: Array) -> tuple[float, float]:
