@@ -35,9 +35,11 @@ def judged(
     more: str = "",
     floor: float = 0.0,
     slope: float = 0.0,
+    ammeter: float = 0.0,
 ) -> Verdict:
     """Two sweeps with known masses and 0.1 % noise; `off` adds to the held-out third's mass, unstated;
-    `more` goes into the case; `floor` [ohm] of the instrument; `slope`: power of f in the noise."""
+    `more` goes into the case; `floor` [ohm] of the instrument; `slope`: power of f in the noise; `ammeter`:
+    noise of the current [1/ohm of a volt]."""
     rng = np.random.default_rng(seed)
     f = np.geomspace(20, 2000, n)
     w = 2 * np.pi * f
@@ -50,7 +52,8 @@ def judged(
         there = m + (off if k == 2 else 0.0)
         Z = R_E + 1j * w * L_E + BL**2 / (R_M + 1j * w * there + K_M / (1j * w))
         e = [pink(rng, n) if noise == "pink" else rng.standard_normal(n) for _ in range(4)]
-        Z = Z * (1 + 1e-3 * (f / 200) ** slope * (e[0] + 1j * e[1])) + floor * (e[2] + 1j * e[3])
+        absolute = floor + ammeter * np.abs(Z) ** 2
+        Z = Z * (1 + 1e-3 * (f / 200) ** slope * (e[0] + 1j * e[1])) + absolute * (e[2] + 1j * e[3])
         rows = "\n".join(f"{a:.9g},{b:.9g},{c:.9g}" for a, b, c in zip(f, Z.real, Z.imag, strict=True))
         (tmp_path / f"r{k}.csv").write_text(f"f [Hz],Re Z [ohm],Im Z [ohm]\n{rows}\n")
         role = "holdout" if k == 2 else "fit"
@@ -81,15 +84,26 @@ def test_the_floor_of_an_instrument_is_noise(tmp_path: Path, stated: float | Non
     assert v.after.holdout_over_noise == pytest.approx(1.0, abs=0.08)
     case = read_case(tmp_path / "case.toml")
     for s in prepare(load(case.model), case, 0).series:
-        floor, relative = s.spread
+        floor, relative, _ = s.spread
         assert floor == pytest.approx(0.1, rel=0.15)
         assert relative < 2e-3
+
+
+@pytest.mark.parametrize("stated", [None, 1e-3])
+def test_the_floor_of_an_ammeter_is_noise(tmp_path: Path, stated: float | None) -> None:
+    v = judged(tmp_path, "white", stated, 2, 401, ammeter=4e-4)
+    assert v.adequate, v.summary
+    assert v.after.holdout_over_noise == pytest.approx(1.0, abs=0.08)
+    case = read_case(tmp_path / "case.toml")
+    for s in prepare(load(case.model), case, 0).series:
+        assert s.spread[2] == pytest.approx(4e-4, rel=0.2)
 
 
 @pytest.mark.parametrize("stated", [None, 3e-4])
 def test_noise_of_fewer_averages_at_low_frequencies_is_noise(tmp_path: Path, stated: float | None) -> None:
     v = judged(tmp_path, "white", stated, 3, 150, slope=-0.5)
     assert v.adequate, v.summary
+    assert v.after.holdout_over_noise == pytest.approx(1.0, abs=0.15)
     case = read_case(tmp_path / "case.toml")
     for s in prepare(load(case.model), case, 0).series:
         over = np.abs(s.whitener.weight * s.reference)

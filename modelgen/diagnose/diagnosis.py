@@ -20,7 +20,7 @@ from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_wh
 from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, record_scales
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.between import smoothly_driven
-from modelgen.diagnose.noise.floor import slanted, two_parts
+from modelgen.diagnose.noise.floor import parted, slanted
 from modelgen.diagnose.noise.noise import laid_open, marked, masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.diagnose.noise.thin import thin
@@ -31,7 +31,7 @@ from modelgen.effects import Effect
 from modelgen.fit.experiment import experiment
 from modelgen.fit.motion import allowing, motion_error
 from modelgen.fit.scatter import local_scatter, rounding, stands
-from modelgen.fit.series import Array, Series, make_series
+from modelgen.fit.series import Array, Series, make_series, sizes_of
 from modelgen.language import Model, previous
 from modelgen.recordings import Case
 from modelgen.recordings.convert import is_time
@@ -122,7 +122,8 @@ def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> 
         experiment(model, case, series).problem()  # says in one line what is wrong
     judge = white_judge(series)
     fit, others = fit_base(base[0], judge, seed)
-    spread = two_parts(series, plain_white(fit))
+    f = [s.inputs[model.axis] for s in series]
+    spread = parted(series, f, plain_white(fit))
     if any(a is not b for a, b in zip(series, spread, strict=True)):
         series, base = spread, make_hypotheses(model, case, spread, [()])
         judge = white_judge(series)
@@ -140,7 +141,7 @@ def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> 
     if not model.is_time_model:
         raw = [fit.hypothesis.experiment.raw(fit.theta, k) for k in range(len(series))]
         white = [s.whitener.apply(e) for s, e in zip(series, raw, strict=True)]
-        series = slanted(series, [s.inputs[model.axis] for s in series], white)
+        series = slanted(series, f, white)
     base = make_hypotheses(model, case, series, [()])
     judge = white_judge(series)
     fit = judge.fit(base[0], [fit.theta, *base_starts(base[0], seed, 4)])
@@ -182,8 +183,9 @@ def _referred(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
         e = fit.hypothesis.experiment.raw(fit.theta, k)
         base = s.data + e
         base = base[0] + 1j * base[1] if s.measure == "complex" else base[0]
-        noise = WITHIN * np.hypot(s.spread[0], s.spread[1] * s.size)
-        near = np.abs(base - s.reference) < np.maximum(NEAR * s.size, noise if s.spread[0] else 0.0)
+        noise = WITHIN * sizes_of(s.spread, s.size)
+        floors = bool(s.spread[0] or s.spread[2])
+        near = np.abs(base - s.reference) < np.maximum(NEAR * s.size, noise if floors else 0.0)
         found.append(s.referred(np.where(near, base, s.reference)))
     return tuple(found)
 
@@ -202,7 +204,8 @@ def _levelled(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
             own = [rounding(y) * float(np.median(w)) for y, w in zip(s.data, s.whitener.weight, strict=True)]
             scatter = max(scatter, float(np.median(own)))
         level = max(scatter, 1e-6)
-        spread = (s.spread[0] * level, s.spread[1] * level)
+        absolute, relative, inverse = s.spread
+        spread = (absolute * level, relative * level, inverse * level)
         levelled.append(replace(s, whitener=s.whitener.scaled(level), spread=spread))
     return tuple(levelled)
 
@@ -214,8 +217,15 @@ def set_up(model: Model, case: Case, ground: Ground, catalogue: Sequence[Effect]
     sizes = {p.equation: port_scale(p, values) for p in model.ports}
     along = [s.inputs[model.axis] for s in ground.series]
     motions = {p.equation: motion_scales(model, p, values, along) for p in model.ports}
-    found = additions(model, catalogue, record_scales(model, ground.series), sizes, motions)
+    scales, repeats = record_scales(model, ground.series), _repeats(model, ground.series)
+    found = additions(model, catalogue, scales, sizes, motions, repeats)
     return Setting(model, case, ground.series, tuple(found), ground.others)
+
+
+def _repeats(model: Model, series: Sequence[Series]) -> tuple[str, ...]:
+    """Names of the sweeps that repeat the first: nothing is known to differ."""
+    alike = all(dict(s.constants) == dict(series[0].constants) for s in series)
+    return () if model.is_time_model or not alike else tuple(s.name for s in series[1:])
 
 
 def _searched(

@@ -5,7 +5,7 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values
+from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, change
 from modelgen.language import Model, Parameter, Port, State, cos, exp, pi, sin
 
 WARMS = "the stiffness changes in the course of the record, as the sample warms up"
@@ -128,6 +128,53 @@ spring_warming = Effect(
     common=0.5,
 )
 
+
+def _another_stiffness(model: Model, p: Values) -> Model:
+    for q in (q for q in model.ports if q.kind == "stiffness"):
+        model = model.extend(q.equation, lambda K: K * (1 + p["dK_each"]))
+    return model
+
+
+OTHER_R = Strength("dR_each", "{port}", bounds=ANY, text="resistance beyond that in the first sweep")
+OTHER_K = Strength("dK_each", "1", bounds=ANY, text="relative change of the stiffness since the first sweep")
+
+coil_between = Effect(
+    "temperature_drift",
+    ("electrical_impedance",),
+    "the coil is warmer (or colder) in one sweep than in another: its resistance differs between them",
+    coil_warming.source,
+    (OTHER_R,),
+    change(lambda Z, at, p: Z + p["dR_each"]),
+    needs=("omega",),
+    common=0.5,
+    each=True,
+)
+
+spring_between = Effect(
+    "temperature_drift",
+    ("stiffness",),
+    "the stiffness differs between sweeps, as the device warms up or has been moved meanwhile",
+    temperature_drift.source,
+    (OTHER_K,),
+    lambda model, port, p: _another_stiffness(model, p),
+    needs=("omega",),
+    common=0.5,
+    each=True,
+)
+
+device_between = Effect(
+    "temperature_drift",
+    ("electrical_impedance",),
+    "the device is warmer (or colder) in one sweep than in another: resistance and stiffness differ",
+    f"{coil_warming.source}; {temperature_drift.source}",
+    (OTHER_R, OTHER_K),
+    lambda model, port, p: _another_stiffness(coil_between.apply(model, port, p), p),
+    needs=("omega",),
+    also=("stiffness",),
+    common=0.5,
+    each=True,
+)
+
 WHOLE = (
     "the material gets softer (or harder) in the course of the record, as it warms up: spring and friction"
 )
@@ -189,5 +236,5 @@ loop_warming = Effect(
 
 EFFECTS = (
     offset_drift, wandering_zero, temperature_drift, material_warming, dashpot_warming,
-    coil_warming, spring_warming, loop_warming,
+    coil_warming, spring_warming, loop_warming, coil_between, spring_between, device_between,
 )  # fmt: skip

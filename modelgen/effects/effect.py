@@ -104,7 +104,8 @@ class Effect:
     of recording can often not tell apart; `common` > 1 says that practitioners meet it often. `alike` are
     ids of other physics whose law is the same function of the motion: no recording of this kind tells
     them apart. `instead`: ids that this law is an account instead of, and never beside: free as it is, it
-    would take up what their laws are not quite right about.
+    would take up what their laws are not quite right about. `each`: strengths have a value of their own in
+    each repeat of a sweep, null in the first one.
     """
 
     id: str
@@ -123,6 +124,7 @@ class Effect:
     common: float = 1.0
     alike: tuple[str, ...] = ()
     instead: tuple[str, ...] = ()
+    each: bool = False
 
     def fits(self, model: Model) -> tuple[Port, ...]:
         """The ports of `model` that this effect can be added to: those of the first of its kinds that there

@@ -14,6 +14,9 @@ from modelgen.language import Model
 from modelgen.recordings import Case, Channel, Recording, Signature
 from modelgen.recordings.case import Noise
 
+Spread = tuple[float, float, float]
+"""Noise of impedances: absolute, relative, and absolute noise of their inverse, as an ammeter's floor."""
+
 BELIEVED = 1.3
 """A stated noise of an input is believed when the record itself holds up to this many times as much."""
 
@@ -25,7 +28,7 @@ class Series:
     inputs: recorded and derived ones. data: (channels, n). measure: what the channels are ("complex",
     "modulus", "phase", "real"). rows: which of the model's real outputs the channels are. reference: (n,) the
     first output without its own noise, as far as known: what a relative noise is relative to, and the frame
-    of complex residuals. spread: absolute and relative noise, of impedances.
+    of complex residuals. spread: noise of impedances: absolute, relative, and absolute of the inverse.
     """
 
     name: str
@@ -39,7 +42,7 @@ class Series:
     constants: Mapping[str, float] = field(default_factory=dict)
     stated: bool = True
     reference: Array = field(default_factory=lambda: np.zeros(0))
-    spread: tuple[float, float] = (0.0, 0.0)
+    spread: Spread = (0.0, 0.0, 0.0)
 
     @property
     def n(self) -> int:
@@ -55,8 +58,8 @@ class Series:
         whitener = replace(self.whitener, weight=_weight_of(reference, self.spread, self.measure))
         return replace(self, reference=reference, whitener=whitener)
 
-    def spread_by(self, spread: tuple[float, float]) -> Series:
-        """An impedance with another absolute and relative noise."""
+    def spread_by(self, spread: Spread) -> Series:
+        """An impedance with another absolute, relative and inverse noise."""
         weight = _weight_of(self.reference, spread, self.measure)
         root = self.whitener.root
         if root is not None:
@@ -106,7 +109,7 @@ def make_series(model: Model, case: Case, recording: Recording) -> Series:
         weight = _weight_of(reference, spread, kind)
     else:
         weight, stated = _weight(case, recording, found)
-        reference, spread = np.abs(y), (0.0, 0.0)
+        reference, spread = np.abs(y), (0.0, 0.0, 0.0)
     if not stated and data.shape[1] > 1 and not np.any(np.ptp(data, axis=1)):
         raise InputError(
             f"recording '{recording.name}': '{first}' is {y[0]:g} throughout and its noise is not stated: "
@@ -173,20 +176,25 @@ def input_noise(model: Model, case: Case, recording: Recording) -> dict[str, flo
     return found
 
 
-def _spread(noise: Noise, name: str, kind: str, y: Array) -> tuple[tuple[float, float], bool]:
-    """(absolute, relative) noise of an impedance, and whether it is stated: if not, it is taken to be
-    relative, and the scatter between neighbours."""
+def _spread(noise: Noise, name: str, kind: str, y: Array) -> tuple[Spread, bool]:
+    """The noise of an impedance, and whether it is stated: if not, it is taken to be relative, and the
+    scatter between neighbours."""
     from modelgen.fit.scatter import local_scatter
 
     absolute, relative = noise.sigma.get(name), noise.relative.get(name)
     if absolute is None and relative is None:
-        return (0.0, local_scatter(np.log(y) if kind == "modulus" else _unwrapped_log(y))), False
-    return (absolute or 0.0, relative or 0.0), True
+        return (0.0, local_scatter(np.log(y) if kind == "modulus" else _unwrapped_log(y)), 0.0), False
+    return (absolute or 0.0, relative or 0.0, 0.0), True
 
 
-def _weight_of(reference: Array, spread: tuple[float, float], kind: str) -> Array:
+def sizes_of(spread: Spread, size: Array) -> Array:
+    """(n,) σ of impedances of a `size` (n,): σ² = a² + (r |Z|)² + (b |Z|²)²."""
+    return np.hypot(np.hypot(spread[0], spread[1] * size), spread[2] * size**2)
+
+
+def _weight_of(reference: Array, spread: Spread, kind: str) -> Array:
     """1/σ of each sample; of complex ones turned into the frame of the reference."""
-    sigma = np.hypot(spread[0], spread[1] * np.abs(reference))
+    sigma = sizes_of(spread, np.abs(reference))
     if kind == "complex":
         return np.asarray(np.conj(reference) / np.abs(reference) / sigma)
     return np.asarray(1.0 / sigma[None, :])
@@ -196,7 +204,7 @@ ALIKE = 4.0
 """Times the noise that a sample and its neighbours may differ: farther off, it is its own reference."""
 
 
-def _between_neighbours(y: Array, noise: tuple[float, float]) -> Array:
+def _between_neighbours(y: Array, noise: Spread) -> Array:
     """y (n,) at each sample as a cubic through its four neighbours has it, where these agree.
 
     A weight must not hold its own sample's noise: weights 1/y would favour whatever makes the model smaller,
@@ -205,7 +213,7 @@ def _between_neighbours(y: Array, noise: tuple[float, float]) -> Array:
     smooth = np.array(y)
     smooth[2:-2] = (4 * (y[1:-3] + y[3:-1]) - (y[:-4] + y[4:])) / 6
     parts = 2 if np.iscomplexobj(y) else 1
-    sigma = np.hypot(noise[0], noise[1] * np.abs(y)) * np.sqrt(2 * parts)
+    sigma = sizes_of(noise, np.abs(y)) * np.sqrt(2 * parts)
     return np.where((np.abs(smooth - y) < ALIKE * sigma) & (smooth != 0), smooth, y)
 
 

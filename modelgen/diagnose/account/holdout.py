@@ -48,7 +48,7 @@ def look_at_holdout(setting: Setting, outcome: Outcome, best: Fit, scale: float)
         series, notes = (), (f"hold-out not used: {why}",)
     moved = []
     for s, r in zip(series, records, strict=False):
-        s = _levelled_like(setting.series[0], s)
+        s = _levelled_like(setting.series[0], s, setting.model.axis)
         if setting.model.is_time_model:
             e, theta = predict(best, s, setting)
             s = errors_in_motion(replace(e, series=(s,)), setting.case, r, theta, 0)
@@ -91,13 +91,28 @@ def foreseen(judge: Judge, fit: Fit, predicted: Sequence[tuple[Experiment, Array
     return float(np.sqrt(1 + total / (count * scale**2))) if count else float("nan")
 
 
-def _levelled_like(fit: Series, s: Series) -> Series:
+def _levelled_like(fit: Series, s: Series, axis: str) -> Series:
     """A held-out recording with the noise of the fit recordings, where that is not (all) stated."""
     if s.measure == fit.measure == "complex":
-        return s.spread_by(fit.spread)
+        s = s.spread_by(fit.spread)
+        f, uneven = _over_spread(fit, axis)
+        over = np.interp(np.log(s.inputs[axis]), np.log(f), uneven)
+        return replace(s, whitener=s.whitener.scaled(over))
     if s.stated or s.measure != fit.measure:
         return s
     return replace(s, whitener=s.whitener.scaled(_weight(s) / _weight(fit)))
+
+
+def _over_spread(s: Series, axis: str) -> tuple[Array, Array]:
+    """The noise of a sweep over what its spread alone says, and at which frequencies (both (n,)): fewer
+    averages at some."""
+    w = s.whitener
+    share = np.ones(s.n) if w.share is None else w.share
+    used = share > 0
+    alone = replace(s, whitener=replace(w, root=None)).spread_by(s.spread).whitener.weight
+    over = np.abs(alone[used]) * share[used] / np.abs(w.weight[used])
+    order = np.argsort(s.inputs[axis][used])
+    return s.inputs[axis][used][order], over[order]
 
 
 def _weight(s: Series) -> float:
@@ -115,7 +130,8 @@ def predict(fit: Fit, s: Series, setting: Setting) -> tuple[Experiment, Array]:
     """A fitted hypothesis on another recording: the experiment and θ, the recording's own parameters
     fitted."""
     e = fit.hypothesis.experiment
-    layout = make_layout(e.model, setting.case, (s,))
+    case = replace(setting.case, per_recording=(*setting.case.per_recording, *e.layout.own))
+    layout = make_layout(e.model, case, (s,))
     other = Experiment(e.model, e.function, _same_order(e, layout), (s,), e.constants)
     known = dict(zip(e.layout.wrt, e.local(fit.theta, 0), strict=True))
     theta = np.array([known[n.split("[")[0]] for n in other.layout.names])

@@ -104,8 +104,8 @@ def _law(setting: Setting, best: Fit, slope: Array, port: str) -> Array | None:
     e = best.hypothesis.experiment
     theta = best.theta.copy()
     for a in here:
-        for q in a.effect.strengths:
-            theta[e.layout.names.index(f"{a.id}_{q.name}")] = q.null
+        for name, null in a.nulls.items():
+            theta[e.layout.names.index(name)] = null
     parts = []
     for k in range(len(setting.series)):
         change = e.raw(best.theta, k) - e.raw(theta, k)

@@ -228,7 +228,7 @@ def simulated(rivals: Rivals, truth: Fit, plan: Plan, empty: Series | None = Non
 
 def _inexact(e: Experiment, truth: Fit, theta: Array, out: Array, empty: Series) -> Array:
     """(n,) share of the part of the output that a hypothesis' effects have; 0 where that is not finite."""
-    nulls = {f"{a.id}_{q.name}": q.null for a in truth.hypothesis.added for q in a.effect.strengths}
+    nulls = {n: null for a in truth.hypothesis.added for n, null in a.nulls.items()}
     base = np.array([nulls.get(n, x) for n, x in zip(e.layout.names, theta, strict=True)])
     without = e.raw(base, 0) + empty.data
     with np.errstate(over="ignore", invalid="ignore"):

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
-from typing import Any
 
 import numpy as np
 
@@ -25,11 +24,12 @@ MARGIN = 3.0
 @dataclass(frozen=True, eq=False)
 class Addition:
     """An effect at a port, with the search range of each of its shapes (and of strengths tried at a finite
-    value)."""
+    value); `repeats`: names of the recordings in which strengths have values of their own."""
 
     effect: Effect
     port: Port
     ranges: Mapping[str, tuple[float, float]]
+    repeats: tuple[str, ...] = ()
 
     @property
     def id(self) -> str:
@@ -41,6 +41,19 @@ class Addition:
 
     @property
     def strengths(self) -> tuple[str, ...]:
+        if self.effect.each:
+            return tuple(f"{n}[{r}]" for n in self.shared for r in self.repeats)
+        return self.shared
+
+    @property
+    def nulls(self) -> dict[str, float]:
+        """Strengths and their values in the model without the effect."""
+        nulls = {f"{self.id}_{q.name}": q.null for q in self.effect.strengths}
+        return {n: nulls[n.partition("[")[0]] for n in self.strengths}
+
+    @property
+    def shared(self) -> tuple[str, ...]:
+        """Names of the strengths in the model; `strengths` are those of θ."""
         return tuple(f"{self.id}_{q.name}" for q in self.effect.strengths)
 
     @property
@@ -119,12 +132,13 @@ def additions(
     scales: Mapping[str, Array],
     port_sizes: Mapping[str, Array],
     motions: Mapping[str, Mapping[str, Array]],
+    repeats: tuple[str, ...] = (),
 ) -> list[Addition]:
     """All effects that fit a port of `model` and whose scales the recordings have, or the `motions` at the
-    port."""
+    port. `repeats`: names of the recordings that repeat the first one."""
     found = []
     for e in effects:
-        for port in e.fits(model):
+        for port in e.fits(model) if repeats or not e.each else ():
             known = {**scales, **motions.get(port.equation, {}), "port": port_sizes[port.equation]}
             try:
                 tried: list[Strength | Shape] = [*e.shapes, *(q for q in e.strengths if e.secant and q.scale)]
@@ -132,7 +146,7 @@ def additions(
             except KeyError:
                 continue
             if all(np.isfinite(r).all() and r[0] < r[1] for r in ranges.values()):
-                found.append(Addition(e, port, ranges))
+                found.append(Addition(e, port, ranges, repeats if e.each else ()))
     return found
 
 
@@ -202,7 +216,7 @@ def make_hypotheses(
 ) -> list[Hypothesis]:
     """Extend, compile (all at once) and prepare. What can't be built, has more numbers than data, or holds an
     effect beside one that it is `instead` of, is left out."""
-    made: list[tuple[tuple[Addition, ...], Model, Any]] = []
+    made: list[tuple[tuple[Addition, ...], Model, Layout, tuple[Series, ...]]] = []
     count = sum(s.data.size for s in series)
     known: dict[tuple[Addition, ...], Model] = {(): model}  # sets begin alike
     for added in sets:
@@ -213,17 +227,29 @@ def make_hypotheses(
                 if added[:k] not in known:
                     known[added[:k]] = a.extend(known[added[: k - 1]])
             extended = known[added]
-            layout = make_layout(extended, case, series)
+            own_case, own_series = _of_their_own(added, case, series)
+            layout = make_layout(extended, own_case, own_series)
         except InputError:
             continue
         if len(layout.names) <= count:
-            made.append((added, extended, layout))
+            made.append((added, extended, layout, own_series))
     measures = sorted({s.measure for s in series})
     # a base is searched for from afar; elsewhere the compiler's time is dear
     kernels = ("values", "jacobian", "sumsq", "normal") if sets == [()] else ("jacobian",)
-    functions = build_many([(m, layout.wrt) for _, m, layout in made], kernels, measures)
+    functions = build_many([(m, layout.wrt) for _, m, layout, _ in made], kernels, measures)
     constants = dict(case.constants)
     return [
-        Hypothesis(added, Experiment(m, f, layout, tuple(series), constants))
-        for (added, m, layout), f in zip(made, functions, strict=True)
+        Hypothesis(added, Experiment(m, f, layout, own, constants))
+        for (added, m, layout, own), f in zip(made, functions, strict=True)
     ]
+
+
+def _of_their_own(
+    added: Sequence[Addition], case: Case, series: Sequence[Series]
+) -> tuple[Case, tuple[Series, ...]]:
+    """Case and series in which strengths that each repeat has for itself are so, and null in the first."""
+    own = {n: q.null for a in added if a.repeats for n, q in zip(a.shared, a.effect.strengths, strict=True)}
+    if not own:
+        return case, tuple(series)
+    first = replace(series[0], constants={**series[0].constants, **own})
+    return replace(case, per_recording=(*case.per_recording, *own)), (first, *series[1:])

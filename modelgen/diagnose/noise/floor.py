@@ -1,5 +1,5 @@
-"""Noise of impedances that is not all relative: an instrument's floor, the rounding of what was recorded,
-fewer averages where a period lasts longer.
+"""Noise of impedances that is not all relative: floors of an instrument's voltage and current, the rounding
+of what was recorded, fewer averages where a period lasts longer.
 
 How neighbours scatter says how large the noise is wherever |Z| is large or small; no model is needed for it.
 """
@@ -20,39 +20,43 @@ ALIKE = sum((comb(2 * ORDER, k) / comb(2 * ORDER, ORDER)) ** 2 for k in range(2 
 """Differences that share samples count as so many times fewer."""
 LONE = 15.0
 """Squares count at most this many times what is expected: outliers say nothing about the rest."""
-SHARES = (0.0, *np.geomspace(1e-3, 1e3, 25))
-"""Variances of the other part of the noise, over the stated part's at its median, that are tried."""
+GROWS = (0, 1, 2)
+"""Powers of |Z| with which parts of the noise grow: a voltmeter's floor or rounding, what is relative, and an
+ammeter's floor δI, which is δZ = Z δI/I with I = V/Z."""
+SHARES = tuple(np.geomspace(1e-3, 1e3, 25))
+"""Variances of another part of the noise, over those before at its median, that are tried."""
 SURE = 20.0
 """By how much −2 ln of the likelihood must fall."""
 FEWEST = 40
-"""Samples that tell two parts of a noise."""
+"""Samples that tell parts of a noise."""
 POWERS = (-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0)
 """Noise over noise as known, as powers of the frequency: averages over one time fall with half a power."""
 
 
-def two_parts(series: Sequence[Series], white: Sequence[Array]) -> tuple[Series, ...]:
-    """Complex series with both an absolute and a relative noise where `white`, residuals of a first fit over
-    the noise as stated, scatter so.
+def parted(series: Sequence[Series], f: Sequence[Array], white: Sequence[Array]) -> tuple[Series, ...]:
+    """Complex series at frequencies f with an absolute noise, a relative one, and that of an ammeter, as far
+    as `white`, residuals of a first fit over the noise as stated, scatter so.
 
     What is stated stands: noise is no less than that.
     """
-    return tuple(_two_parts(s, e) for s, e in zip(series, white, strict=True))
+    return tuple(map(_parted, series, f, white))
 
 
-def _two_parts(s: Series, white: Array) -> Series:
-    if s.measure != "complex" or s.n < FEWEST or all(s.spread):
+def _parted(s: Series, f: Array, white: Array) -> Series:
+    if s.measure != "complex" or s.n < FEWEST or np.count_nonzero(s.spread) > 1:
         return s
-    relative = s.spread[0] == 0  # as far as known
-    other = s.size ** (-2.0 if relative else 2.0)
-    typical = float(np.median(other))
-    found = _parts(white, other / typical)
+    known = int(np.argmax(s.spread))
+    shapes = np.array([s.size ** (2.0 * (p - known)) for p in GROWS])
+    typical = np.median(shapes, axis=1)
+    shapes /= typical[:, None]
+    found = _parts(white, shapes, known)
+    if found is not None and found[2] > 0:
+        found = _slope_rather(white, f, shapes, known, found)
     if found is None:
         return s
-    own, more = found
-    least = 1.0 if s.stated else 0.0
-    known = s.spread[relative]
-    own, more = known * np.sqrt(max(own, least)), known * np.sqrt(more / typical)
-    return s.spread_by((more, own) if relative else (own, more))
+    found[known] = max(found[known], 1.0 if s.stated else 0.0)
+    absolute, relative, inverse = map(float, s.spread[known] * np.sqrt(found / typical))
+    return s.spread_by((absolute, relative, inverse))
 
 
 def slanted(series: Sequence[Series], f: Sequence[Array], white: Sequence[Array]) -> tuple[Series, ...]:
@@ -84,18 +88,35 @@ def _differences(white: Array, other: Array) -> tuple[Array, Array]:
     return square[:, used], np.convolve(other, weights, "valid")[used]
 
 
-def _parts(white: Array, other: Array) -> tuple[float, float] | None:
-    """Variances (known part, other part) of whitened residuals (2, n) where the first is 1 and the second
-    goes like `other` (n,); None where the first alone says as much."""
-    square, seen = _differences(white, other)
-    if seen.size < FEWEST:
+def _parts(white: Array, shapes: Array, known: int) -> Array | None:
+    """(parts,) variances of whitened residuals (2, n) that go like `shapes` (parts, n); None where the
+    `known` part alone says as much. One after the other is taken in, or takes the place of all."""
+    seen = [_differences(white, x) for x in shapes]
+    square, expected = seen[0][0], np.array([x for _, x in seen])
+    if square.size < FEWEST:
         return None
-    tries = [_deviance(square, 1 + share * seen) for share in SHARES] + [_deviance(square, seen)]
-    best = int(np.argmin([d for d, _ in tries]))
-    if (tries[0][0] - tries[best][0]) / ALIKE < SURE:
-        return None
-    level = tries[best][1]
-    return (0.0, level) if best == len(SHARES) else (level, level * SHARES[best])
+    units = np.eye(len(shapes))
+    parts = alone = units[known]
+    least, level = _deviance(square, parts @ expected)
+    while True:
+        mixtures = [parts + share * y for y in units for share in SHARES]
+        tries = [(*_deviance(square, p @ expected), p) for p in (*mixtures, *units)]
+        best = min(tries, key=lambda x: x[0])
+        if (least - best[0]) / ALIKE < SURE:
+            return None if parts is alone else level * parts
+        least, level, parts = best
+
+
+def _slope_rather(white: Array, f: Array, shapes: Array, known: int, found: Array) -> Array | None:
+    """The `found` parts; those without an ammeter's, where a noise that goes with a power of the frequency
+    does better: a resonance is at some frequencies only, too."""
+    two = _parts(white, shapes[:2], known)
+    less = np.append(np.eye(2)[known] if two is None else two, 0.0)
+    over = f / np.sqrt(f.min() * f.max())
+    slopes = [_deviance(*_differences(white, less @ shapes * over ** (2 * p)))[0] for p in POWERS]
+    if _deviance(*_differences(white, found @ shapes))[0] <= min(slopes):
+        return found
+    return None if two is None else less
 
 
 def _deviance(square: Array, shape: Array) -> tuple[float, float]:

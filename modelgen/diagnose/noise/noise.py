@@ -71,7 +71,6 @@ def first_order(white: Array, among: int = 1) -> bool:
         x = x[x != 0]
         if len(x) < 4 * LAGS:
             return False
-        x = x - x.mean()
         u = x[1:] - (x[1:] @ x[:-1]) / (x @ x) * x[:-1]
         n, power = len(u), float(u @ u)
         r = np.array([float(u[k:] @ u[:-k]) for k in range(1, LAGS + 1)]) / max(power, 1e-300)

@@ -38,7 +38,7 @@ class _Change:
     def scaled(self, part: float) -> dict[str, float]:
         """The values with strengths `part` as far from null."""
         a = self.score.addition
-        null = {f"{a.id}_{q.name}": q.null for q in a.effect.strengths}
+        null = a.nulls
         most = 1.0 if a.effect.secant else np.inf
         return {
             k: null[k] + min(part, most) * (v - null[k]) if k in null else v for k, v in self.values.items()
