@@ -129,9 +129,9 @@ spring_warming = Effect(
 )
 
 
-def _another_stiffness(model: Model, p: Values) -> Model:
+def _another_stiffness(model: Model, dK: Any) -> Model:
     for q in (q for q in model.ports if q.kind == "stiffness"):
-        model = model.extend(q.equation, lambda K: K * (1 + p["dK_each"]))
+        model = model.extend(q.equation, lambda K: K * (1 + dK))
     return model
 
 
@@ -156,7 +156,7 @@ spring_between = Effect(
     "the stiffness differs between sweeps, as the device warms up or has been moved meanwhile",
     temperature_drift.source,
     (OTHER_K,),
-    lambda model, port, p: _another_stiffness(model, p),
+    lambda model, port, p: _another_stiffness(model, p["dK_each"]),
     needs=("omega",),
     common=0.5,
     each=True,
@@ -167,8 +167,10 @@ device_between = Effect(
     ("electrical_impedance",),
     "the device is warmer (or colder) in one sweep than in another: resistance and stiffness differ",
     f"{coil_warming.source}; {temperature_drift.source}",
-    (OTHER_R, OTHER_K),
-    lambda model, port, p: _another_stiffness(coil_between.apply(model, port, p), p),
+    (replace(OTHER_R, name="dR_both"), replace(OTHER_K, name="dK_both")),
+    lambda model, port, p: _another_stiffness(
+        model.extend(port.equation, lambda Z: Z + p["dR_both"]), p["dK_both"]
+    ),
     needs=("omega",),
     also=("stiffness",),
     common=0.5,
