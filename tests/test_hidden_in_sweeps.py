@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from coils import verdict
 
 import modelgen as mg
 from modelgen.api import read_case
@@ -122,3 +123,16 @@ def test_what_a_stated_noise_cannot_be_is_claimed_whatever_its_colour(tmp_path: 
     write_case(secret, tmp_path)
     case = read_case(tmp_path / "case.toml")
     assert "payne_softening" in diagnose(case, load(case.model)).effects[0].id
+
+
+def test_the_air_in_the_port_of_a_box_is_another_resonator(tmp_path: Path) -> None:
+    """A bass-reflex enclosure: the box's air is a spring to the port's, which rubs at the port (Q = 9)."""
+    f = np.geomspace(8, 1500, 300)
+    s, wb = 2j * np.pi * f, 2 * np.pi * 55.0
+    box, port = 3e3, 3e3 / wb**2
+    vented = 1 / (s / box + 1 / (s * port + port * wb / 9))
+    v = verdict(tmp_path, f, 6 + 3e-4 * s + 36 / (1 + 0.013 * s + 2e3 / s + vented))
+    assert [(e.id, e.port) for e in v.effects] == [("second_mode", "mechanical")]
+    assert v.after.fit_over_noise == pytest.approx(1.0, abs=0.1) and v.before.fit_over_noise > 20
+    found = {e.name: e.value for e in v.effects[0].parameters}
+    assert found["omega_3"] == pytest.approx(wb, rel=0.02) and found["Q_3"] == pytest.approx(9, rel=0.1)

@@ -32,6 +32,49 @@ second_mode = Effect(
 )
 
 
+def _lossy_mass(at: Port, p: Values) -> Any:
+    """A spring, and behind it a mass whose damper stands on the ground, 1/(jω/K + 1/(jωM + R))."""
+    u = at["omega"] / p["omega_3"]
+    return p["M_3"] * p["omega_3"] * (1 / p["Q_3"] + j * u) / (1 + j * u / p["Q_3"] - u**2)
+
+
+grounded_mode = Effect(
+    "second_mode",
+    ("mechanical_impedance", "stiffness"),
+    "another resonator hangs on the moving side, its mass rubbing at what stands still: the air in a box's "
+    "port, a passive radiator",
+    "L. L. Beranek, Acoustics (1954), sec. 8.14: bass-reflex enclosure",
+    (Strength("M_3", "{impedance}*s", text="mass of the resonator"),),
+    add_impedance(_lossy_mass),
+    (
+        Shape("omega_3", "rad/s", "omega", 0.7, 1.5, 160, text="its resonance when its foot is held"),
+        Shape("Q_3", "1", "1", 1.0, 500.0, 3, text="its quality factor"),
+    ),
+    needs=("omega",),
+)
+
+
+def _hysteretic(at: Port, p: Values) -> Any:
+    """A mass on a spring that loses energy, 1/(1/(jωM) + jω/(K (1 + jη)))."""
+    u, spring = at["omega"] / p["omega_4"], 1 + j * p["eta_4"]
+    return j * at["omega"] * p["M_4"] * spring / (spring - u**2)
+
+
+hysteretic_mode = Effect(
+    "second_mode",
+    ("mechanical_impedance", "stiffness"),
+    "another resonator hangs on the moving side, on a spring of lossy material",
+    "L. Cremer, M. Heckl, B. Petersson, Structure-Borne Sound (2005), ch. 3: loss factor",
+    (Strength("M_4", "{impedance}*s", text="mass of the resonator"),),
+    add_impedance(_hysteretic),
+    (
+        Shape("omega_4", "rad/s", "omega", 0.7, 1.5, 160, text="its resonance when its foot is held"),
+        Shape("eta_4", "1", "1", 0.002, 1.0, 3, text="loss factor of its spring"),
+    ),
+    needs=("omega",),
+)
+
+
 LOSS = Shape("eta", "1", "1", 0.003, 0.5, 2, text="loss factor")
 
 
@@ -184,6 +227,6 @@ swinging_mass = Effect(
 )
 
 EFFECTS = (
-    second_mode, *JOINTS, distributed_rod, moving_rod,
+    second_mode, grounded_mode, hysteretic_mode, *JOINTS, distributed_rod, moving_rod,
     lossy_rod, swinging_mass,
 )  # fmt: skip

@@ -138,7 +138,7 @@ GOALS = (
     Goal("in set", "right one within the stated equivalents", lambda r: r.get("in_set"), low=0.98),
     Goal("both", "both families of a pair named", lambda r: r.get("both"), low=0.88),
     Goal("both, told", "both families of a pair named, where the verdict says that the data tell both",
-         lambda r: r.get("both") if tells_all(r) else None, low=0.88),
+         lambda r: r["both"] if r.get("both") is not None and tells_all(r) else None, low=0.88),
     Goal("unknown", "physics that no catalogue holds is called unknown, where the data tell",
          refutable("unknown"), low=0.90),
     Goal("misnamed", "… is given a wrong name, likewise", refutable("misnamed"), high=0.03),
