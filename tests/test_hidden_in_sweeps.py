@@ -136,3 +136,14 @@ def test_the_air_in_the_port_of_a_box_is_another_resonator(tmp_path: Path) -> No
     assert v.after.fit_over_noise == pytest.approx(1.0, abs=0.1) and v.before.fit_over_noise > 20
     found = {e.name: e.value for e in v.effects[0].parameters}
     assert found["omega_3"] == pytest.approx(wb, rel=0.02) and found["Q_3"] == pytest.approx(9, rel=0.1)
+
+
+@pytest.mark.slow
+def test_an_effect_that_is_larger_than_what_it_is_added_to(tmp_path: Path) -> None:
+    """A winding whose resistance grows sixtyfold bends the base so far that no optimum is left near the
+    truth: descents from the bent one end ten times the noise away."""
+    write_case(draw(203400081, "variant", "impedance", "proximity", noise="coloured", ratio=20.0), tmp_path)
+    case = read_case(tmp_path / "case.toml")
+    v = diagnose(case, load(case.model))
+    assert [e.id for e in v.effects] == ["coil_ac_resistance"]
+    assert v.before.fit_over_noise > 20 and v.after.holdout_over_noise < 1.2
