@@ -32,6 +32,11 @@ second_mode = Effect(
 )
 
 
+RARER = 0.1
+"""What resonates sharply is the same by all three laws: without clear evidence for where it loses energy the
+first serves, and two more are no more reason to call something a resonator."""
+
+
 def _lossy_mass(at: Port, p: Values) -> Any:
     """A spring, and behind it a mass whose damper stands on the ground, 1/(jω/K + 1/(jωM + R))."""
     u = at["omega"] / p["omega_3"]
@@ -48,9 +53,10 @@ grounded_mode = Effect(
     add_impedance(_lossy_mass),
     (
         Shape("omega_3", "rad/s", "omega", 0.7, 1.5, 160, text="its resonance when its foot is held"),
-        Shape("Q_3", "1", "1", 1.0, 500.0, 3, text="its quality factor"),
+        Shape("Q_3", "1", "1", 3.0, 100.0, 3, text="its quality factor; with less it is a relaxation"),
     ),
     needs=("omega",),
+    common=RARER,
 )
 
 
@@ -69,9 +75,10 @@ hysteretic_mode = Effect(
     add_impedance(_hysteretic),
     (
         Shape("omega_4", "rad/s", "omega", 0.7, 1.5, 160, text="its resonance when its foot is held"),
-        Shape("eta_4", "1", "1", 0.002, 1.0, 3, text="loss factor of its spring"),
+        Shape("eta_4", "1", "1", 0.01, 0.5, 3, text="loss factor of its spring"),
     ),
     needs=("omega",),
+    common=RARER,
 )
 
 
