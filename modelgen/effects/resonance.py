@@ -1,5 +1,6 @@
 """More than one degree of freedom: a resonator hung on, a joint, waves in the rod."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -8,56 +9,38 @@ from sympy import Symbol
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add_impedance, at_start, change, unit_of
 from modelgen.language import Model, Port, State, cos, exp, j, sin, sqrt
 
+Law = Callable[[Port, Values], Any]
 
-def _resonator(at: Port, p: Values) -> Any:
+
+def _hung(n: int, says: str, source: str, law: Law, loss: Shape, common: float = 1.0) -> Effect:
+    """Another resonator of mass M_n; `law`: its impedance."""
+    return Effect(
+        "second_mode",
+        ("mechanical_impedance", "stiffness"),
+        f"another resonator hangs on the moving side{says}",
+        source,
+        (Strength(f"M_{n}", "{impedance}*s", text="mass of the resonator"),),
+        add_impedance(law),
+        (
+            Shape(f"omega_{n}", "rad/s", "omega", 0.7, 1.5, 160, text="its resonance when its foot is held"),
+            loss,
+        ),
+        needs=("omega",),
+        common=common,
+    )
+
+
+def _viscous(at: Port, p: Values) -> Any:
     """A mass on a spring and a damper, 1/(1/(jωM) + 1/(K/(jω) + R)) with K = M ω_2², R = M ω_2/Q."""
     u = at["omega"] / p["omega_2"]
     link = 1 + j * u / p["Q"]
     return j * at["omega"] * p["M_2"] * link / (link - u**2)
 
 
-second_mode = Effect(
-    "second_mode",
-    ("mechanical_impedance", "stiffness"),
-    "another resonator hangs on the moving side: a part of it, or of the housing, swings at its own "
-    "frequency",
-    "J. P. Den Hartog, Mechanical Vibrations (1956), sec. 3.2",
-    (Strength("M_2", "{impedance}*s", text="mass of the resonator"),),
-    add_impedance(_resonator),
-    (
-        Shape("omega_2", "rad/s", "omega", 0.7, 1.5, 160, text="its resonance when its foot is held"),
-        Shape("Q", "1", "1", 1.0, 500.0, 3, text="its quality factor"),
-    ),
-    needs=("omega",),
-)
-
-
-RARER = 0.1
-"""What resonates sharply is the same by all three laws: without clear evidence for where it loses energy the
-first serves, and two more are no more reason to call something a resonator."""
-
-
-def _lossy_mass(at: Port, p: Values) -> Any:
+def _grounded(at: Port, p: Values) -> Any:
     """A spring, and behind it a mass whose damper stands on the ground, 1/(jω/K + 1/(jωM + R))."""
     u = at["omega"] / p["omega_3"]
     return p["M_3"] * p["omega_3"] * (1 / p["Q_3"] + j * u) / (1 + j * u / p["Q_3"] - u**2)
-
-
-grounded_mode = Effect(
-    "second_mode",
-    ("mechanical_impedance", "stiffness"),
-    "another resonator hangs on the moving side, its mass rubbing at what stands still: the air in a box's "
-    "port, a passive radiator",
-    "L. L. Beranek, Acoustics (1954), sec. 8.14: bass-reflex enclosure",
-    (Strength("M_3", "{impedance}*s", text="mass of the resonator"),),
-    add_impedance(_lossy_mass),
-    (
-        Shape("omega_3", "rad/s", "omega", 0.7, 1.5, 160, text="its resonance when its foot is held"),
-        Shape("Q_3", "1", "1", 3.0, 100.0, 3, text="its quality factor; with less it is a relaxation"),
-    ),
-    needs=("omega",),
-    common=RARER,
-)
 
 
 def _hysteretic(at: Port, p: Values) -> Any:
@@ -66,19 +49,36 @@ def _hysteretic(at: Port, p: Values) -> Any:
     return j * at["omega"] * p["M_4"] * spring / (spring - u**2)
 
 
-hysteretic_mode = Effect(
-    "second_mode",
-    ("mechanical_impedance", "stiffness"),
-    "another resonator hangs on the moving side, on a spring of lossy material",
-    "L. Cremer, M. Heckl, B. Petersson, Structure-Borne Sound (2005), ch. 3: loss factor",
-    (Strength("M_4", "{impedance}*s", text="mass of the resonator"),),
-    add_impedance(_hysteretic),
-    (
-        Shape("omega_4", "rad/s", "omega", 0.7, 1.5, 160, text="its resonance when its foot is held"),
-        Shape("eta_4", "1", "1", 0.01, 0.5, 3, text="loss factor of its spring"),
+RARER = 0.1
+"""What resonates sharply is the same by all three laws: without clear evidence for where it loses energy the
+first serves, and two more are no more reason to call something a resonator."""
+
+second_mode = _hung(
+    2,
+    ": a part of it, or of the housing, swings at its own frequency",
+    "J. P. Den Hartog, Mechanical Vibrations (1956), sec. 3.2",
+    _viscous,
+    Shape("Q", "1", "1", 1.0, 500.0, 3, text="its quality factor"),
+)
+
+MODES = (
+    second_mode,
+    _hung(
+        3,
+        ", its mass rubbing at what stands still: the air in a box's port, a passive radiator",
+        "L. L. Beranek, Acoustics (1954), sec. 8.14: bass-reflex enclosure",
+        _grounded,
+        Shape("Q_3", "1", "1", 3.0, 100.0, 3, text="its quality factor; with less it is a relaxation"),
+        RARER,
     ),
-    needs=("omega",),
-    common=RARER,
+    _hung(
+        4,
+        ", on a spring of lossy material",
+        "L. Cremer, M. Heckl, B. Petersson, Structure-Borne Sound (2005), ch. 3: loss factor",
+        _hysteretic,
+        Shape("eta_4", "1", "1", 0.01, 0.5, 3, text="loss factor of its spring"),
+        RARER,
+    ),
 )
 
 
@@ -234,6 +234,6 @@ swinging_mass = Effect(
 )
 
 EFFECTS = (
-    second_mode, grounded_mode, hysteretic_mode, *JOINTS, distributed_rod, moving_rod,
+    *MODES, *JOINTS, distributed_rod, moving_rod,
     lossy_rod, swinging_mass,
 )  # fmt: skip
