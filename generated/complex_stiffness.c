@@ -93,7 +93,8 @@ static inline double mg_sin(const double x) { return mg_sine(x, 0U); }
 static inline double mg_cos(const double x) { return mg_sine(x, 1U); }
 
 /* phase of the greatest force: root of the residual between lo and hi, by Newton steps kept inside the bracket, at most 200.
- * NaN when the residual has the same sign at both. */
+ * A step that is small is the last one, as it leaves of the error no more than its square. NaN when the residual
+ * has the same sign at both. */
 static double solve_theta_pk(const double A_z, const double K_im, const double K_re, const double h_D, const double r_m, const double rho, double lo, double hi)
 {
     double x = 0.5 * (lo + hi);
@@ -134,6 +135,9 @@ static double solve_theta_pk(const double A_z, const double K_im, const double K
             hi = at;
         }
         const double newton = at - residual / slope;
+        if (fabs(newton - at) <= 1.0e-9 * fabs(at)) {
+            return newton;
+        }
         const int inside = newton > lo && newton < hi && fabs(newton - at) <= 0.5 * before;
         const double next = inside ? newton : 0.5 * (lo + hi);
         before = fabs(next - at);

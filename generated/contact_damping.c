@@ -115,7 +115,8 @@ static inline double mg_sin(const double x) { return mg_sine(x, 0U); }
 static inline double mg_cos(const double x) { return mg_sine(x, 1U); }
 
 /* (A6) domain extension factor: root of the residual between lo and hi, by Newton steps kept inside the bracket, at most 200.
- * NaN when the residual has the same sign at both. */
+ * A step that is small is the last one, as it leaves of the error no more than its square. NaN when the residual
+ * has the same sign at both. */
 static double solve_psi(const double D_eq, double lo, double hi)
 {
     double x = 0.5 * (lo + hi);
@@ -172,6 +173,9 @@ static double solve_psi(const double D_eq, double lo, double hi)
             hi = at;
         }
         const double newton = at - residual / slope;
+        if (fabs(newton - at) <= 1.0e-9 * fabs(at)) {
+            return newton;
+        }
         const int inside = newton > lo && newton < hi && fabs(newton - at) <= 0.5 * before;
         const double next = inside ? newton : 0.5 * (lo + hi);
         before = fabs(next - at);
@@ -184,7 +188,8 @@ static double solve_psi(const double D_eq, double lo, double hi)
 }
 
 /* (A3) logarithm of the largest area, which carries the load: root of the residual between lo and hi, by Newton steps kept inside the bracket, at most 200.
- * NaN when the residual has the same sign at both. */
+ * A step that is small is the last one, as it leaves of the error no more than its square. NaN when the residual
+ * has the same sign at both. */
 static double solve_ln_a_l(const double D_eq, const double E, const double F, const double G_eq, const double H, const double H_G2, const double a1c, const double a2c, const double gamma_, const double l_0, const double psi, double lo, double hi)
 {
     double x = 0.5 * (lo + hi);
@@ -253,6 +258,9 @@ static double solve_ln_a_l(const double D_eq, const double E, const double F, co
             hi = at;
         }
         const double newton = at - residual / slope;
+        if (fabs(newton - at) <= 1.0e-9 * fabs(at)) {
+            return newton;
+        }
         const int inside = newton > lo && newton < hi && fabs(newton - at) <= 0.5 * before;
         const double next = inside ? newton : 0.5 * (lo + hi);
         before = fabs(next - at);
