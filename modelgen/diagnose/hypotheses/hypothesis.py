@@ -193,12 +193,13 @@ class Hypothesis:
 
     def place(self, base: Hypothesis, theta: Array, values: Mapping[str, float]) -> Array:
         """θ of this hypothesis from θ of a smaller one and values by name; strengths start at null."""
-        known = dict(zip(base.names, theta, strict=True)) | dict(values)
-        start = []
-        for name, p in zip(self.names, self.experiment.layout.parameters, strict=True):
-            default = p.default if p.default is not None else centre(p)
-            start.append(known.get(name, default))
-        return np.array(start, dtype=float)
+        known = self._defaults | dict(zip(base.names, theta.tolist(), strict=True)) | dict(values)
+        return np.array([known[n] for n in self.names], dtype=float)
+
+    @cached_property
+    def _defaults(self) -> dict[str, float]:
+        known = zip(self.names, self.experiment.layout.parameters, strict=True)
+        return {n: p.default if p.default is not None else centre(p) for n, p in known}
 
 
 def centre(p: Parameter) -> float:

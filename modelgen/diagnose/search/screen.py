@@ -16,8 +16,8 @@ from modelgen.fit.whitener import Array, Whitener
 BLIND = 1e-7
 """Share of a derivative's square that must be left beside the base's sensitivities; less is a parameter
 renamed."""
-AT_ONCE = 4_000_000
-"""Numbers that are kept of the places of a grid."""
+AT_ONCE = 500_000
+"""Numbers that are kept of the places of a grid: no more than the cache holds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,8 +66,11 @@ class Tangent:
 
     def off(self, columns: Array) -> Array:
         """The part of `columns` (..., N, k) that no change of the fitted parameters can make."""
-        rest = columns - self.q @ (self.q.T @ columns)
-        return rest - self.q @ (self.q.T @ rest)
+        rows = np.swapaxes(columns, -1, -2)
+        rest = rows.reshape(-1, rows.shape[-1])  # all at once, and as they lie in memory
+        for _ in range(2):
+            rest = rest - (rest @ self.q) @ self.q.T
+        return np.swapaxes(rest.reshape(rows.shape), -1, -2)
 
 
 def score(
@@ -140,37 +143,29 @@ Found = tuple[float, dict[str, float]] | None
 
 def _slopes(h: Hypothesis, tangent: Tangent, whiteners: Sequence[Whitener], places: Array) -> Iterator[Found]:
     """One-sided scores of the strengths' derivatives at null, at each of `places` (m, p)."""
-    index = [h.names.index(n) for n in h.added[-1].strengths]
+    names, r = h.added[-1].strengths, tangent.r
+    index = [h.names.index(n) for n in names]
+    null = places[:, index]
+    low, high = np.array([h.experiment.layout.parameters[i].bounds for i in index]).T
     with np.errstate(all="ignore"):
         columns = h.experiment.columns(places, index, whiteners)
-        rests = tangent.off(columns)
-    for at, column, rest in zip(places, columns, rests, strict=True):
-        yield _slope(h, tangent, at[index], column, rest) if np.all(np.isfinite(column)) else None
-
-
-def _slope(h: Hypothesis, tangent: Tangent, null: Array, columns: Array, rest: Array) -> Found:
-    """Of one place: `columns` (N, k) are the derivatives, `rest` what the base's parameters leave of them."""
-    names = h.added[-1].strengths
-    size, all_size = np.sum(rest**2, axis=0), np.sum(columns**2, axis=0)
-    seen = size > BLIND * all_size
-    if not seen.any():
-        return None
-    step = np.zeros(len(names))
-    if len(names) == 1:
-        step -= (tangent.r @ rest) / size
-    else:
-        step[seen] = np.linalg.lstsq(rest[:, seen], -tangent.r, rcond=None)[0]
-    bounds = [h.experiment.layout.parameters[h.names.index(n)].bounds for n in names]
-    low, high = np.array(bounds).T
-    step = np.clip(null + step, low, high) - null  # as far as its bounds let it
-    if not step.any():
-        # the strength would have the sign that physics forbids: a small start in the allowed direction all
-        # the same
+        rests = tangent.off(columns)  # what the base's parameters leave of them
+        size = np.sum(rests**2, axis=1)
+        seen = size > BLIND * np.sum(columns**2, axis=1)
+        told = np.all(np.isfinite(columns), axis=(1, 2)) & seen.any(axis=1)
+        step = -(r @ rests) / size
+        for k in np.flatnonzero(told) if len(names) > 1 else ():
+            step[k] = 0.0
+            step[k, seen[k]] = np.linalg.lstsq(rests[k][:, seen[k]], -r, rcond=None)[0]
+        step = np.clip(null + step, low, high) - null  # as far as its bounds let it
+        gain = r @ r - np.sum((r + np.einsum("mnk,mk->mn", rests, step)) ** 2, axis=1)
+        # if it had the sign that physics forbids, a small start in the allowed direction all the same
         allowed = np.where(low >= null, 1.0, -1.0)
-        small = allowed * 0.1 / np.sqrt(np.maximum(size, 1e-300))
-        return 0.0, dict(zip(names, (np.clip(null + small, low, high)).tolist(), strict=True))
-    gain = float(tangent.r @ tangent.r - np.sum((tangent.r + rest @ step) ** 2))
-    return gain, dict(zip(names, (null + step).tolist(), strict=True))
+        small = np.clip(null + allowed * 0.1 / np.sqrt(np.maximum(size, 1e-300)), low, high)
+    moves = step.any(axis=1)
+    gain, values = np.where(moves, gain, 0.0), np.where(moves[:, None], null + step, small)
+    for tells, found, strengths in zip(told, gain.tolist(), values.tolist(), strict=True):
+        yield (found, dict(zip(names, strengths, strict=True))) if tells else None
 
 
 def _finite(
