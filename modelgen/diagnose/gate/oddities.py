@@ -162,11 +162,11 @@ ALIKE = 1e-4
 
 def _chance(f: Sequence[Array], white: Sequence[Array], base: float) -> float:
     """How likely so many of the loud samples are on lines of `base` if they may lie anywhere."""
-    from scipy.stats import binom
+    from scipy.special import bdtrc
 
     loud = np.concatenate([_over_quiet(np.sum(e**2, axis=0)) > LOUD for e in white])
     lines = np.concatenate([_beside_lines(x, base) for x in f])
-    return float(binom.sf(np.sum(loud & lines) - 1, np.sum(loud), np.mean(lines)))
+    return float(bdtrc(np.sum(loud & lines) - 1, np.sum(loud), np.mean(lines)))
 
 
 def _beside_lines(f: Array, base: float) -> Array:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
 from modelgen.fit.series import Array, Series
 from modelgen.language import Model, Port
@@ -72,7 +71,8 @@ def motion_scales(
     if any(np.ndim(x) != 1 or not np.isfinite(x).all() for x in (*z, *v)):
         return {}
     if v and "z" not in at:
-        z = [cumulative_trapezoid(x, t, initial=0.0) for x, t in zip(v, time, strict=True)]
+        steps = [(x[1:] + x[:-1]) / 2 * np.diff(t) for x, t in zip(v, time, strict=True)]
+        z = [np.cumsum(np.append(0.0, x)) for x in steps]
     return _sizes(z, v)
 
 

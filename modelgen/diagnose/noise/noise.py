@@ -64,7 +64,7 @@ def first_order(white: Array, among: int = 1) -> bool:
 
     A law that is wrong leaves something smooth and the noise, which no first order describes.
     """
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     total = 0.0
     for x in white:
@@ -75,7 +75,7 @@ def first_order(white: Array, among: int = 1) -> bool:
         n, power = len(u), float(u @ u)
         r = np.array([float(u[k:] @ u[:-k]) for k in range(1, LAGS + 1)]) / max(power, 1e-300)
         total += n * (n + 2) * float(np.sum(r**2 / (n - np.arange(1, LAGS + 1))))
-    return bool(chi2.sf(total, (LAGS - 1) * len(white)) > ORDINARY / among)
+    return bool(chdtrc((LAGS - 1) * len(white), total) > ORDINARY / among)
 
 
 def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
