@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,10 @@ from hypothesis import strategies as st
 
 import modelgen.models as models
 from modelgen.codegen import Function, build, build_many
-from modelgen.codegen.compiler import find_compiler
+from modelgen.codegen.compiler import compile_library, find_compiler
 from modelgen.codegen.emit import emit
 from modelgen.codegen.program import build_program
+from modelgen.codegen.tiers import Code, Tiers
 from modelgen.codegen.unity import unite
 from modelgen.errors import InputError, ToolError
 from modelgen.language import Implicit, Input, Model, Parameter, Symbol
@@ -288,6 +290,18 @@ def test_equations_of_one_name_in_models_built_together_stay_apart() -> None:
     ]
     (text,) = (t for n, t in unite(sources).items() if n.endswith(".c"))
     assert text.count("double mg_exp(") == 1 and sources[1].source.count("double mg_exp(") == 1
+
+
+def test_a_root_takes_few_evaluations_of_its_residual() -> None:
+    """Steps that no longer shrink, at rounding, are no reason to halve a bracket from afar, which took 35."""
+    model, f = models.complex_stiffness, np.geomspace(0.1, 50, 100)
+    source = emit(build_program(model, ("k_D",)), ("values",))
+    text = "long steps;\n" + source.source.replace("double slope;", "double slope; ++steps;")
+    library = compile_library({f"{source.prefix}.h": source.header, f"{source.prefix}.c": text})
+    counted = Function(model, ("k_D",), np.zeros(1, dtype=int), Tiers(lambda: Code(source, library)))
+    for found, wanted in zip(counted(f=f), build(model)(f=f), strict=True):
+        assert found == pytest.approx(wanted, rel=1e-12)
+    assert 3 <= ctypes.c_long.in_dll(ctypes.CDLL(str(library)), "steps").value / len(f) <= 9
 
 
 @pytest.mark.parametrize(
