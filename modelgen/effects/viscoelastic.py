@@ -18,7 +18,7 @@ from modelgen.effects.softening import moved_input
 from modelgen.language import Model, Port, j, log, pi, powj, quadrature_of, sign
 
 SPRING = ("stiffness", "mechanical_impedance")
-ALPHA = Shape("alpha", "1", "1", 0.03, 0.97, 7, log=False, text="0 for a spring, 1 for a dashpot")
+ALPHA = Shape("alpha", "1", "1", 0.03, 0.9, 7, log=False, text="0 for a spring, 1 for a dashpot")
 SCOTT_BLAIR = "G. W. Scott Blair, J. Colloid Sci. 2 (1947) 21; F. Mainardi, Fractional Calculus (2010), ch. 3"
 BIOT = "M. A. Biot, Proc. 3rd US Congr. Appl. Mech. (1958) 1"
 BEFORE = past("power_law_viscoelasticity")
@@ -79,7 +79,7 @@ relaxing_springpot = Effect(
     (Strength("C_1", "{stiffness}", text="stiffness of the branch at high frequency"),),
     _relaxing_springpot,
     (
-        Shape("alpha_1", "1", "1", 0.2, 0.95, 3, log=False, text="1 for a dashpot in the springpot's place"),
+        Shape("alpha_1", "1", "1", 0.2, 0.85, 3, log=False, text="1 for a dashpot in the springpot's place"),
         Shape("tau", "s", "time", 0.3, 3.0, text="relaxation time"),
     ),
     needs=("omega",),
@@ -93,7 +93,7 @@ maxwell_branch = Effect(
     "J. C. Maxwell, Phil. Trans. 157 (1867) 49",
     (Strength("k", "{stiffness}", text="stiffness of the branch"),),
     add_stiffness(lambda at, p: p["k"] * j * at["omega"] * p["tau"] / (1 + j * at["omega"] * p["tau"])),
-    (Shape("tau", "s", "time", 0.3, 3.0, text="relaxation time"),),
+    (Shape("tau", "s", "time", 1.0, 3.0, text="relaxation time"),),
     needs=("omega",),
 )
 

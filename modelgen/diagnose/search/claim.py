@@ -40,8 +40,10 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     if judge.temper > 1.0:  # that something is missing is beyond doubt: the first effect is the best account
         return old.bic - new.bic > (alarm if old.ids else 0.0) and new.chi2 < WORTH * old.chi2
     undeserved = judge.excess.get(new.hypothesis.key, 0.0) - judge.excess.get(old.hypothesis.key, 0.0)
-    # with no more numbers it mends no law that is nearly right, but is another account
-    imperfect = IMPERFECT * max(0.0, base.bic - old.bic) if new.parameters > old.parameters else 0.0
+    # with no more numbers, or another law, it mends no law that is nearly right, but is another account
+    other = set(old.ids) <= set(new.ids) and not old.hypothesis.key <= new.hypothesis.key
+    mends = new.parameters > old.parameters and not other
+    imperfect = IMPERFECT * max(0.0, base.bic - old.bic) if mends else 0.0
     if old.bic - new.bic < alarm + max(0.0, undeserved) + imperfect:
         return False
     if worse(s, base, new) or worse(s, old, new):

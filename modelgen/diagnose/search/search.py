@@ -82,7 +82,8 @@ def _pruned(s: Setting, judge: Judge, base: Fit, best: Fit, tried: Sequence[Fit]
     """`best` without effects that it no longer needs, as those that came later say the same better; and all
     that was fitted to see it.
 
-    It needs them where it gains enough on the best account with one effect less, be that a part of it or not.
+    It needs them where it gains enough on the best account with one effect less, both the best part of it and
+    the best other.
     """
     found: list[Fit] = []
     while True:
@@ -92,10 +93,10 @@ def _pruned(s: Setting, judge: Judge, base: Fit, best: Fit, tried: Sequence[Fit]
         found += less
         others = [f for f in tried if len(f.ids) == len(best.ids) - 1]
         others = [judge.look(f.hypothesis, f.theta) for f in sorted(others, key=lambda f: f.bic)[: s.beam]]
-        part = min((*less, *others), key=lambda f: f.bic)
-        if gains(s, judge, base, part, best):
+        firsts = [min(fits, key=lambda f: f.bic) for fits in (less, others) if fits]
+        if all(gains(s, judge, base, f, best) for f in firsts):
             return best, found
-        best = part
+        best = min(firsts, key=lambda f: f.bic)
 
 
 def _deeper(
