@@ -240,7 +240,7 @@ def _searched(
     setting = set_up(model, case, ground, catalogue)
     outcome = search(setting, ground.base, ground.judge, progress)
     few = not model.is_time_model  # of the samples over time a few more or less say little
-    seen = laid_open(outcome.best, ground.bare, ground.marks) if few else None
+    seen = laid_open(outcome.base, outcome.best, ground.bare, ground.marks) if few else None
     if seen is None:
         return ground, setting, outcome
     ground = prepare(model, case, seed, seen)

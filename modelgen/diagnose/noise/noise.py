@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.diagnose.hypotheses.refit import Fit, moving
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.scatter import rounding, stands
 from modelgen.fit.series import Array, Series
@@ -97,7 +97,7 @@ HIDDEN = 100.0
 """Squares of newly found outliers, over the noise, that are worth a second search."""
 
 
-def laid_open(best: Fit, bare: Sequence[Series], marks: Sequence[Array]) -> list[Array] | None:
+def laid_open(base: Fit, best: Fit, bare: Sequence[Series], marks: Sequence[Array]) -> list[Array] | None:
     """Outliers of each recording, (n,) bool, as a law that fits shows them; None where none that matters is
     new, or the law leaves more than noise itself.
 
@@ -105,13 +105,53 @@ def laid_open(best: Fit, bare: Sequence[Series], marks: Sequence[Array]) -> list
     """
     e = replace(best.hypothesis.experiment, series=tuple(bare))
     found, weight = [], 0.0
-    for k, (s, known) in enumerate(zip(bare, marks, strict=True)):
-        found.append(outliers_of(e, best.theta, k))
+    for k, (s, known, pulls) in enumerate(zip(bare, marks, pulling(base, best), strict=True)):
+        found.append(outliers_of(e, best.theta, k) | pulls)
         white = s.whitener.apply(e.raw(best.theta, k))
         if np.mean(white[:, ~found[-1]] ** 2) > FITS**2:
             return None
         weight += float(np.sum(white[:, found[-1] & ~known] ** 2))
     return found if weight > HIDDEN else None
+
+
+ABOVE = 4.0
+"""Times what leaving out any sample nearby would take away, that leaving out an outlier does."""
+
+
+def pulling(base: Fit, best: Fit) -> list[Array]:
+    """(n,) bool of each recording: lone samples that the base follows, and all about them pay for it, as on
+    the top of a narrow resonance, and that the best law does not explain."""
+    found = []
+    for alone, still in zip(_gains_without(base), _gains_without(best), strict=True):
+        near = np.lib.stride_tricks.sliding_window_view(np.pad(alone, 3, mode="reflect"), 7).copy()
+        near[:, 3] = 0.0
+        found.append((alone > ABOVE * near.max(axis=1)) & (np.minimum(alone, still) > HIDDEN))
+    return found
+
+
+def _gains_without(f: Fit) -> list[Array]:
+    """(n,) what a fit would gain in the others' squares and its own without each sample of each recording.
+
+    rᵀ(I − H)⁻¹r with H its block of the hat matrix (R. D. Cook, S. Weisberg, Residuals and Influence in
+    Regression (1982), ch. 2): where a fit follows an outlier, its residual is small.
+    """
+    e = f.hypothesis.experiment
+    r, J = e.linearised(f.theta, [replace(s.whitener, root=None, ar=None) for s in e.series])
+    J = J[:, moving(e.layout, f.theta)]
+    q = np.linalg.qr(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300))[0]
+    r = r - q @ (q.T @ r)
+    found, at = [], 0
+    for s in e.series:
+        end = at + s.data.size
+        mine, hat = r[at:end].reshape(s.data.shape), q[at:end].reshape(*s.data.shape, -1)
+        rest = (1 + RIDGE) * np.eye(len(mine)) - np.einsum("cnp,dnp->ncd", hat, hat)
+        found.append(np.einsum("cn,nc->n", mine, np.linalg.solve(rest, mine.T[..., None])[..., 0]))
+        at = end
+    return found
+
+
+RIDGE = 1e-9
+"""Added to what a sample's own weight leaves of its residual."""
 
 
 def marked(series: Sequence[Series], marks: Sequence[Array]) -> tuple[str, ...]:
