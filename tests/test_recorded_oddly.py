@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from coils import verdict
 
 from modelgen.api import read_case
 from modelgen.diagnose import diagnose
@@ -64,6 +65,18 @@ def test_a_force_that_counts_the_other_way_is_told(tmp_path: Path, sign: int) ->
     model, case = load("kelvin_voigt"), read_case(tmp_path / "case.toml")
     base = prepare(model, case, 0).base
     assert bool(opposed(model, case, base, base, 0)) == (sign < 0)
+
+
+@pytest.mark.parametrize(("off", "size"), [(0, 0.3), (-1, 0.15)])
+def test_a_glitch_on_top_of_a_narrow_resonance_is_an_outlier(tmp_path: Path, off: int, size: float) -> None:
+    """The base follows it, as few other samples tell how high the resonance is, and all about it is wrong."""
+    f = np.arange(20.0, 300.0, 2.0)
+    s = 2j * np.pi * f
+    Z = 6 + 3e-4 * s + 36 / (0.35 + 0.013 * s + 2e3 / s)
+    Z[np.argmax(np.abs(Z)) + off] *= 1 + size * (1 - 0.4j)
+    v = verdict(tmp_path, f, Z)
+    assert v.adequate
+    assert any("outliers in 'sweep' are marked" in n for n in v.notes)
 
 
 def test_steps_of_a_staircase_are_no_outliers() -> None:

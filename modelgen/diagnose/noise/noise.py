@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.refit import Fit, moving
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.scatter import rounding, stands
@@ -95,42 +96,43 @@ FITS = 2.3
 and misjudged where it was estimated of what the base left."""
 HIDDEN = 100.0
 """Squares of newly found outliers, over the noise, that are worth a second search."""
+ABOVE = 4.0
+"""Times what leaving out any sample nearby would take away, that leaving out an outlier does."""
 
 
 def laid_open(base: Fit, best: Fit, bare: Sequence[Series], marks: Sequence[Array]) -> list[Array] | None:
     """Outliers of each recording, (n,) bool, as a law that fits shows them; None where none that matters is
     new, or the law leaves more than noise itself.
 
-    bare: the recordings with their outliers.
+    So are lone samples that the base follows, as on the top of a narrow resonance, and all about them pay for
+    it: if without them the base leaves noise alone, or if the best law does not explain them. bare: the
+    recordings with their outliers.
     """
     e = replace(best.hypothesis.experiment, series=tuple(bare))
+    pulled, still = _gains_without(base), _gains_without(best)
+    lone = [_stands_out(x) for x in pulled]
+    taken = sum(float(x[m].sum()) for x, m in zip(pulled, lone, strict=True))
+    alone = taken > 0 and base.chi2 - taken < FITS**2 * effective(base.white)
     found, weight = [], 0.0
-    for k, (s, known, pulls) in enumerate(zip(bare, marks, pulling(base, best), strict=True)):
+    for k, (s, known) in enumerate(zip(bare, marks, strict=True)):
+        pulls = lone[k] & (alone | (still[k] > HIDDEN))
         found.append(outliers_of(e, best.theta, k) | pulls)
         white = s.whitener.apply(e.raw(best.theta, k))
-        if np.mean(white[:, ~found[-1]] ** 2) > FITS**2:
+        if not alone and np.mean(white[:, ~found[-1]] ** 2) > FITS**2:
             return None
-        weight += float(np.sum(white[:, found[-1] & ~known] ** 2))
+        weight += float(np.sum(white[:, found[-1] & ~known] ** 2) + np.sum(pulled[k][pulls]))
     return found if weight > HIDDEN else None
 
 
-ABOVE = 4.0
-"""Times what leaving out any sample nearby would take away, that leaving out an outlier does."""
-
-
-def pulling(base: Fit, best: Fit) -> list[Array]:
-    """(n,) bool of each recording: lone samples that the base follows, and all about them pay for it, as on
-    the top of a narrow resonance, and that the best law does not explain."""
-    found = []
-    for alone, still in zip(_gains_without(base), _gains_without(best), strict=True):
-        near = np.lib.stride_tricks.sliding_window_view(np.pad(alone, 3, mode="reflect"), 7).copy()
-        near[:, 3] = 0.0
-        found.append((alone > ABOVE * near.max(axis=1)) & (np.minimum(alone, still) > HIDDEN))
-    return found
+def _stands_out(gain: Array) -> Array:
+    """(n,) bool: samples without which a fit would gain far more than without any of three on either side."""
+    near = np.lib.stride_tricks.sliding_window_view(np.pad(gain, 3, mode="reflect"), 7).copy()
+    near[:, 3] = 0.0
+    return (gain > HIDDEN) & (gain > ABOVE * near.max(axis=1))
 
 
 def _gains_without(f: Fit) -> list[Array]:
-    """(n,) what a fit would gain in the others' squares and its own without each sample of each recording.
+    """(n,) of each recording: the squares that a fit would be rid of without each of its samples.
 
     rᵀ(I − H)⁻¹r with H its block of the hat matrix (R. D. Cook, S. Weisberg, Residuals and Influence in
     Regression (1982), ch. 2): where a fit follows an outlier, its residual is small.
