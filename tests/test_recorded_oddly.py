@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from coils import verdict
+from coils import coil, verdict
 
 from modelgen.api import read_case
 from modelgen.diagnose import diagnose
@@ -12,6 +12,7 @@ from modelgen.diagnose.diagnosis import prepare
 from modelgen.diagnose.gate.mirrored import opposed
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
 from modelgen.diagnose.hypotheses.refit import base_starts
+from modelgen.diagnose.noise.glitches import abrupt
 from modelgen.diagnose.noise.noise import outliers
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.fit.scatter import rounding, stands
@@ -77,6 +78,25 @@ def test_a_glitch_on_top_of_a_narrow_resonance_is_an_outlier(tmp_path: Path, off
     v = verdict(tmp_path, f, Z)
     assert v.adequate
     assert any("outliers in 'sweep' are marked" in n for n in v.notes)
+
+
+@pytest.mark.parametrize(("first", "count", "by"), [(139, 2, 1.2), (60, 4, 0.02), (138, 4, 0.02)])
+def test_a_burst_of_glitches_is_marked(tmp_path: Path, first: int, count: int, by: float) -> None:
+    """A range that switches, a contact that opens: least squares bend the whole base to them."""
+    f = np.geomspace(10, 3000, 150)
+    Z = coil(f)
+    Z[first : first + count] *= by
+    v = verdict(tmp_path, f, Z)
+    assert v.adequate
+    assert any(f"{count} outliers in 'sweep' are marked" in n for n in v.notes)
+
+
+def test_a_narrow_resonance_is_no_burst() -> None:
+    """It has flanks."""
+    f = np.arange(1.0, 200.0)
+    peak = np.abs(300 / (1 + 2j * 40 * (f / 100.4 - 1))) ** 2 + 2
+    assert not abrupt(peak).any()
+    assert np.flatnonzero(abrupt(np.where((f > 49) & (f < 53), 3e4, 2.0))).tolist() == [49, 50, 51]
 
 
 def test_steps_of_a_staircase_are_no_outliers() -> None:

@@ -21,14 +21,15 @@ from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, recor
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.between import smoothly_driven
 from modelgen.diagnose.noise.floor import parted, slanted
-from modelgen.diagnose.noise.noise import laid_open, marked, masked, outliers_of
+from modelgen.diagnose.noise.glitches import bursts, laid_open
+from modelgen.diagnose.noise.noise import marked, masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.diagnose.noise.thin import thin
 from modelgen.diagnose.own_effects import check_effects, unknown_kinds
 from modelgen.diagnose.search.search import search, white_judge
 from modelgen.diagnose.verdict import Verdict
 from modelgen.effects import Effect
-from modelgen.fit.experiment import experiment
+from modelgen.fit.experiment import Experiment, experiment
 from modelgen.fit.motion import allowing, motion_error
 from modelgen.fit.scatter import local_scatter, rounding, stands
 from modelgen.fit.series import Array, Series, make_series, sizes_of
@@ -134,7 +135,7 @@ def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> 
         series = tuple(map(allowing, _levelled(series, fit), errors))
     ex = replace(fit.hypothesis.experiment, series=series)
     white = [s.whitener.apply(ex.raw(fit.theta, k)) for k, s in enumerate(series)]
-    marks = tuple(seen) or tuple(outliers_of(ex, fit.theta, k) for k in range(len(series)))
+    marks = tuple(seen) or _marks(judge, fit, ex)
     oddity, marks = _oddity(model, series, white, marks)
     bare = series if model.is_time_model else _levelled(_referred(series, fit), fit)
     series = masked(bare, marks)
@@ -146,6 +147,19 @@ def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> 
     judge = white_judge(series)
     fit = judge.fit(base[0], [fit.theta, *base_starts(base[0], seed, 4)])
     return Ground(series, bare, fit, judge, marks, oddity, others)
+
+
+def _marks(judge: Judge, fit: Fit, e: Experiment) -> tuple[Array, ...]:
+    """(n,) bool of each recording: samples that stand alone, and bursts of them in sweeps."""
+    alone = [outliers_of(e, fit.theta, k) for k in range(len(e.series))]
+    if e.model.is_time_model:
+        return tuple(alone)
+    together = bursts(judge, fit)
+    if any(x.any() for x in together):  # what they have bent is no outlier
+        rest = masked(e.series, together)
+        fit = replace(judge, whiteners=tuple(s.whitener for s in rest)).fit(fit.hypothesis, [fit.theta])
+        alone = [outliers_of(e, fit.theta, k) for k in range(len(e.series))]
+    return tuple(a | b for a, b in zip(alone, together, strict=True))
 
 
 def _oddity(

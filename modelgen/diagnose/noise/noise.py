@@ -8,11 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from modelgen.diagnose.hypotheses.evidence import effective
-from modelgen.diagnose.hypotheses.refit import Fit, moving
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.scatter import rounding, stands
 from modelgen.fit.series import Array, Series
+from modelgen.fit.whitener import Whitener
 
 GROSS = 6.0
 """A sample this many robust standard deviations from its neighbours' median is an outlier."""
@@ -94,66 +93,6 @@ def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
 FITS = 2.3
 """Times the noise that a law which fits leaves at most: a factor of two is soon forgotten where it is stated,
 and misjudged where it was estimated of what the base left."""
-HIDDEN = 100.0
-"""Squares of newly found outliers, over the noise, that are worth a second search."""
-ABOVE = 4.0
-"""Times what leaving out any sample nearby would take away, that leaving out an outlier does."""
-
-
-def laid_open(base: Fit, best: Fit, bare: Sequence[Series], marks: Sequence[Array]) -> list[Array] | None:
-    """Outliers of each recording, (n,) bool, as a law that fits shows them; None where none that matters is
-    new, or the law leaves more than noise itself.
-
-    So are lone samples that the base follows, as on the top of a narrow resonance, and all about them pay for
-    it: if without them the base leaves noise alone, or if the best law does not explain them. bare: the
-    recordings with their outliers.
-    """
-    e = replace(best.hypothesis.experiment, series=tuple(bare))
-    pulled, still = _gains_without(base), _gains_without(best)
-    lone = [_stands_out(x) for x in pulled]
-    taken = sum(float(x[m].sum()) for x, m in zip(pulled, lone, strict=True))
-    alone = taken > 0 and base.chi2 - taken < FITS**2 * effective(base.white)
-    found, weight = [], 0.0
-    for k, (s, known) in enumerate(zip(bare, marks, strict=True)):
-        pulls = lone[k] & (alone | (still[k] > HIDDEN))
-        found.append(outliers_of(e, best.theta, k) | pulls)
-        white = s.whitener.apply(e.raw(best.theta, k))
-        if not alone and np.mean(white[:, ~found[-1]] ** 2) > FITS**2:
-            return None
-        weight += float(np.sum(white[:, found[-1] & ~known] ** 2) + np.sum(pulled[k][pulls]))
-    return found if weight > HIDDEN else None
-
-
-def _stands_out(gain: Array) -> Array:
-    """(n,) bool: samples without which a fit would gain far more than without any of three on either side."""
-    near = np.lib.stride_tricks.sliding_window_view(np.pad(gain, 3, mode="reflect"), 7).copy()
-    near[:, 3] = 0.0
-    return (gain > HIDDEN) & (gain > ABOVE * near.max(axis=1))
-
-
-def _gains_without(f: Fit) -> list[Array]:
-    """(n,) of each recording: the squares that a fit would be rid of without each of its samples.
-
-    rᵀ(I − H)⁻¹r with H its block of the hat matrix (R. D. Cook, S. Weisberg, Residuals and Influence in
-    Regression (1982), ch. 2): where a fit follows an outlier, its residual is small.
-    """
-    e = f.hypothesis.experiment
-    r, J = e.linearised(f.theta, [replace(s.whitener, root=None, ar=None) for s in e.series])
-    J = J[:, moving(e.layout, f.theta)]
-    q = np.linalg.qr(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300))[0]
-    r = r - q @ (q.T @ r)
-    found, at = [], 0
-    for s in e.series:
-        end = at + s.data.size
-        mine, hat = r[at:end].reshape(s.data.shape), q[at:end].reshape(*s.data.shape, -1)
-        rest = (1 + RIDGE) * np.eye(len(mine)) - np.einsum("cnp,dnp->ncd", hat, hat)
-        found.append(np.einsum("cn,nc->n", mine, np.linalg.solve(rest, mine.T[..., None])[..., 0]))
-        at = end
-    return found
-
-
-RIDGE = 1e-9
-"""Added to what a sample's own weight leaves of its residual."""
 
 
 def marked(series: Sequence[Series], marks: Sequence[Array]) -> tuple[str, ...]:
@@ -167,8 +106,7 @@ def marked(series: Sequence[Series], marks: Sequence[Array]) -> tuple[str, ...]:
 
 def off_neighbours(x: Array) -> Array:
     """How far each of (n,) samples is from the median of seven about it."""
-    windows = np.lib.stride_tricks.sliding_window_view(np.pad(x, 3, mode="reflect"), 7)
-    return np.asarray(x - np.median(windows, axis=1))
+    return x - _seven(x)
 
 
 def standing_alone(signal: Array) -> Array:
@@ -181,9 +119,19 @@ def standing_alone(signal: Array) -> Array:
 
 
 def modelled_output(e: Experiment, theta: Array, k: int) -> Array:
-    """The model's output in recording k at θ, over the noise (channels, n)."""
-    s = e.series[k]
-    return np.asarray(replace(s.whitener, root=None, ar=None).apply(e.raw(theta, k) + s.data))
+    """The model's output in recording k at θ, over the noise (channels, n).
+
+    Noise in proportion to what was recorded is that of neighbours: a glitch is none in the model.
+    """
+    w = e.series[k].whitener.weight
+    about = _seven(w.real) if not np.iscomplexobj(w) else _seven(w.real) + 1j * _seven(w.imag)
+    return np.asarray(Whitener(about).apply(e.raw(theta, k) + e.series[k].data))
+
+
+def _seven(x: Array) -> Array:
+    """(..., n) medians of seven along the last axis."""
+    wide = np.pad(x, [(0, 0)] * (x.ndim - 1) + [(3, 3)], mode="reflect")
+    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(wide, 7, axis=-1), axis=-1))
 
 
 def masked(series: Sequence[Series], marks: Sequence[Array]) -> tuple[Series, ...]:

@@ -1,0 +1,110 @@
+"""Samples of sweeps that no law explains, found where a fit follows them or is bent by them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from modelgen.diagnose.hypotheses.evidence import effective
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, moving
+from modelgen.diagnose.noise.noise import FITS, GROSS, outliers_of
+from modelgen.fit.series import Array, Series
+
+HIDDEN = 100.0
+"""Squares of newly found outliers, over the noise, that are worth a second search."""
+ABOVE = 4.0
+"""Times what leaving out any sample nearby would take away, that leaving out an outlier does."""
+
+
+def laid_open(base: Fit, best: Fit, bare: Sequence[Series], marks: Sequence[Array]) -> list[Array] | None:
+    """Outliers of each recording, (n,) bool, as a law that fits shows them; None where none that matters is
+    new, or the law leaves more than noise itself.
+
+    So are lone samples that the base follows, as on the top of a narrow resonance, and all about them pay for
+    it: if without them the base leaves noise alone, or if the best law does not explain them. bare: the
+    recordings with their outliers.
+    """
+    e = replace(best.hypothesis.experiment, series=tuple(bare))
+    pulled, still = _gains_without(base), _gains_without(best)
+    lone = [_stands_out(x) for x in pulled]
+    taken = sum(float(x[m].sum()) for x, m in zip(pulled, lone, strict=True))
+    alone = taken > 0 and base.chi2 - taken < FITS**2 * effective(base.white)
+    found, weight = [], 0.0
+    for k, (s, known) in enumerate(zip(bare, marks, strict=True)):
+        pulls = lone[k] & (alone | (still[k] > HIDDEN))
+        white = s.whitener.apply(e.raw(best.theta, k))
+        found.append(outliers_of(e, best.theta, k) | abrupt(np.sum(white**2, axis=0)) | pulls)
+        if not alone and np.mean(white[:, ~found[-1]] ** 2) > FITS**2:
+            return None
+        weight += float(np.sum(white[:, found[-1] & ~known] ** 2) + np.sum(pulled[k][pulls]))
+    return found if weight > HIDDEN else None
+
+
+def _stands_out(gain: Array) -> Array:
+    """(n,) bool: samples without which a fit would gain far more than without any of three on either side."""
+    near = np.lib.stride_tricks.sliding_window_view(np.pad(gain, 3, mode="reflect"), 7).copy()
+    near[:, 3] = 0.0
+    return (gain > HIDDEN) & (gain > ABOVE * near.max(axis=1))
+
+
+def _gains_without(f: Fit) -> list[Array]:
+    """(n,) of each recording: the squares that a fit would be rid of without each of its samples.
+
+    rᵀ(I − H)⁻¹r with H its block of the hat matrix (R. D. Cook, S. Weisberg, Residuals and Influence in
+    Regression (1982), ch. 2): where a fit follows an outlier, its residual is small.
+    """
+    e = f.hypothesis.experiment
+    r, J = e.linearised(f.theta, [replace(s.whitener, root=None, ar=None) for s in e.series])
+    J = J[:, moving(e.layout, f.theta)]
+    q = np.linalg.qr(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300))[0]
+    r = r - q @ (q.T @ r)
+    found, at = [], 0
+    for s in e.series:
+        end = at + s.data.size
+        mine, hat = r[at:end].reshape(s.data.shape), q[at:end].reshape(*s.data.shape, -1)
+        rest = (1 + RIDGE) * np.eye(len(mine)) - np.einsum("cnp,dnp->ncd", hat, hat)
+        found.append(np.einsum("cn,nc->n", mine, np.linalg.solve(rest, mine.T[..., None])[..., 0]))
+        at = end
+    return found
+
+
+RIDGE = 1e-9
+"""Added to what a sample's own weight leaves of its residual."""
+
+
+BURST = 8
+"""Samples that a burst of glitches has at most."""
+EDGE = 30.0
+"""Times its neighbours' greatest square that the least of its own is: no resonance ends so."""
+ROUNDS = 15
+"""Turns of the fit with heavy tails."""
+
+
+def bursts(judge: Judge, base: Fit) -> list[Array]:
+    """(n,) bool of each recording: runs of samples that begin and end abruptly, against a base that is fitted
+    as if errors had a Cauchy distribution, t of one degree of freedom (K. L. Lange, R. J. A. Little, J. M. G.
+    Taylor, J. Am. Stat. Assoc. 84 (1989) 881): least squares would be bent to them."""
+    squares = [np.sum(e**2, axis=0) for e in base.white]
+    if base.chi2 < FITS**2 * effective(base.white):
+        return [np.zeros(len(x), dtype=bool) for x in squares]
+    h, theta, plain = base.hypothesis, base.theta, [replace(w, root=None, ar=None) for w in judge.whiteners]
+    for _ in range(ROUNDS):
+        share = [(1 + x / max(float(np.median(x)), 1e-300)) ** -0.5 for x in squares]
+        eased = replace(judge, whiteners=tuple(w.masked(x) for w, x in zip(plain, share, strict=True)))
+        theta = eased.fit(h, [theta]).theta
+        white = h.experiment.whitened(theta, plain)
+        squares = [np.sum(e**2, axis=0) for e in white]
+    return [abrupt(x) for x in squares]
+
+
+def abrupt(square: Array) -> Array:
+    """(n,) bool: runs of at most BURST samples whose squares tower above three on either side, and all."""
+    far = square > GROSS**2 * max(float(np.median(square)), 1e-300)
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], far, [False]]).astype(int)))
+    found = np.zeros(len(square), dtype=bool)
+    for a, b in ends.reshape(-1, 2):
+        beside = np.concatenate([square[max(a - 3, 0) : a], square[b : b + 3]])
+        found[a:b] = b - a <= BURST and square[a:b].min() > EDGE * beside.max(initial=0.0)
+    return found
