@@ -91,6 +91,15 @@ def test_a_burst_of_glitches_is_marked(tmp_path: Path, first: int, count: int, b
     assert any(f"{count} outliers in 'sweep' are marked" in n for n in v.notes)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_noisy_end_of_a_band_is_noise(tmp_path: Path, seed: int) -> None:
+    f = np.geomspace(10, 3000, 300)
+    r = np.random.default_rng(seed).standard_normal((2, f.size))
+    v = verdict(tmp_path, f, coil(f) * (1 + 5e-3 * (f < 30) * (r[0] + 1j * r[1])))
+    assert v.adequate
+    assert v.before.fit_over_noise < 1.1
+
+
 def test_a_narrow_resonance_is_no_burst() -> None:
     """It has flanks."""
     f = np.arange(1.0, 200.0)

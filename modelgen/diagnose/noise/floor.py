@@ -1,5 +1,5 @@
 """Noise of impedances that is not all relative: floors of an instrument's voltage and current, the rounding
-of what was recorded, fewer averages where a period lasts longer.
+of what was recorded, fewer averages where a period lasts longer, a noisy end of the band.
 
 How neighbours scatter says how large the noise is wherever |Z| is large or small; no model is needed for it.
 """
@@ -31,6 +31,8 @@ FEWEST = 40
 """Samples that tell parts of a noise."""
 POWERS = (-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0)
 """Noise over noise as known, as powers of the frequency: averages over one time fall with half a power."""
+STEPS = tuple(np.arange(0.05, 0.96, 0.05))
+"""Shares of the samples below a frequency at which the noise may step."""
 
 
 def parted(series: Sequence[Series], f: Sequence[Array], white: Sequence[Array]) -> tuple[Series, ...]:
@@ -50,8 +52,8 @@ def _parted(s: Series, f: Array, white: Array) -> Series:
     typical = np.median(shapes, axis=1)
     shapes /= typical[:, None]
     found = _parts(white, shapes, known)
-    if found is not None and found[2] > 0:
-        found = _slope_rather(white, f, shapes, known, found)
+    if found is not None:
+        found = _along_rather(white, f, shapes, known, found)
     if found is None:
         return s
     found[known] = max(found[known], 1.0 if s.stated else 0.0)
@@ -68,16 +70,31 @@ def slanted(series: Sequence[Series], f: Sequence[Array], white: Sequence[Array]
 def _slanted(s: Series, f: Array, white: Array) -> Series:
     if s.measure not in ("complex", "modulus") or s.n < FEWEST:
         return s
-    over = f / np.sqrt(f.min() * f.max())
-    seen = [_differences(white, over ** (2 * p)) for p in (0.0, *POWERS)]
-    if seen[0][0].size < FEWEST:
+    plain = _differences(white, np.ones(s.n))
+    if plain[0].size < FEWEST:
         return s
+    shapes = [np.ones(s.n), *_along(f, plain)]
+    seen = [_differences(white, x) for x in shapes]
     tries = [_deviance(square, shape) for square, shape in seen]
     best = int(np.argmin([d for d, _ in tries]))
     if (tries[0][0] - tries[best][0]) / ALIKE < SURE:
         return s
-    factor = np.sqrt(tries[best][1]) * over ** (0.0, *POWERS)[best]
+    factor = np.sqrt(tries[best][1] * shapes[best])
     return replace(s, whitener=s.whitener.scaled(np.maximum(factor, 1.0) if s.stated else factor))
+
+
+def _along(f: Array, seen: tuple[Array, Array]) -> list[Array]:
+    """Variances (n,) that go with a power of the frequency; or that step at one, as the squares `seen` of
+    differences are there over what is expected: an instrument's other range, vibrations of the building
+    below, an amplifier's noise above."""
+    over = f / np.sqrt(f.min() * f.max())
+    found = [over ** (2 * p) for p in POWERS]
+    square = seen[0] / seen[1]
+    for share in STEPS:
+        k = int(share * square.shape[1])
+        low, high = (max(float(np.median(x)), 1e-300) for x in (square[:, :k], square[:, k:]))
+        found.append(np.where(np.arange(len(f)) < k + ORDER // 2, low / high, 1.0))
+    return found
 
 
 def _differences(white: Array, other: Array) -> tuple[Array, Array]:
@@ -107,16 +124,17 @@ def _parts(white: Array, shapes: Array, known: int) -> Array | None:
         least, level, parts = best
 
 
-def _slope_rather(white: Array, f: Array, shapes: Array, known: int, found: Array) -> Array | None:
-    """The `found` parts; those without an ammeter's, where a noise that goes with a power of the frequency
-    does better: a resonance is at some frequencies only, too."""
-    two = _parts(white, shapes[:2], known)
-    less = np.append(np.eye(2)[known] if two is None else two, 0.0)
-    over = f / np.sqrt(f.min() * f.max())
-    slopes = [_deviance(*_differences(white, less @ shapes * over ** (2 * p)))[0] for p in POWERS]
-    if _deviance(*_differences(white, found @ shapes))[0] <= min(slopes):
-        return found
-    return None if two is None else less
+def _along_rather(white: Array, f: Array, shapes: Array, known: int, found: Array) -> Array | None:
+    """The `found` parts; fewer where a noise that goes with the frequency does better beside these: a
+    resonance is at some frequencies only, too. None for the `known` part alone."""
+    best = _deviance(*_differences(white, found @ shapes))[0]
+    alone = np.eye(len(shapes))[known]
+    two = _parts(white, shapes[:2], known) if found[2] > 0 else None
+    for less in (alone, *([] if two is None else [np.append(two, 0.0)])):
+        along = _along(f, _differences(white, less @ shapes))
+        if min(_deviance(*_differences(white, less @ shapes * x))[0] for x in along) < best:
+            return None if less is alone else less
+    return found
 
 
 def _deviance(square: Array, shape: Array) -> tuple[float, float]:
