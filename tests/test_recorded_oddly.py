@@ -100,6 +100,19 @@ def test_a_noisy_end_of_a_band_is_noise(tmp_path: Path, seed: int) -> None:
     assert v.before.fit_over_noise < 1.1
 
 
+def test_few_digits_are_no_physics(tmp_path: Path) -> None:
+    """A staircase hardly scatters: its neighbours say nothing of how far it is from the truth."""
+    f = np.linspace(10, 3000, 300)
+    Z = coil(f) * (1 + 1e-3 * np.random.default_rng(4).standard_normal(f.size))
+    rows = np.column_stack([f, np.round(Z.real, 1), np.round(Z.imag, 1)])
+    np.savetxt(tmp_path / "r.csv", rows, delimiter=",", header="f [Hz],Re Z [ohm],Im Z [ohm]", comments="")
+    (tmp_path / "case.toml").write_text(
+        'model = "electrodynamic_transducer"\n[[recording]]\nfile = "r.csv"\n'
+    )
+    v = diagnose(read_case(tmp_path / "case.toml"), load("electrodynamic_transducer"))
+    assert v.adequate
+
+
 def test_a_narrow_resonance_is_no_burst() -> None:
     """It has flanks."""
     f = np.arange(1.0, 200.0)

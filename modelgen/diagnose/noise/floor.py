@@ -12,7 +12,8 @@ from math import comb
 
 import numpy as np
 
-from modelgen.fit.series import Array, Series
+from modelgen.fit.scatter import rounding
+from modelgen.fit.series import Array, Series, sizes_of
 
 ORDER = 4
 """Differences that remove what is smooth; they have five samples each, and neighbours share four."""
@@ -31,6 +32,10 @@ FEWEST = 40
 """Samples that tell parts of a noise."""
 POWERS = (-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0)
 """Noise over noise as known, as powers of the frequency: averages over one time fall with half a power."""
+EVER = 1e-4
+"""Ratio of variances on both sides of a step, less than which is no noise: treads of a staircase."""
+COARSE = 0.5
+"""Rounding, over the noise, from which it matters."""
 STEPS = tuple(np.arange(0.05, 0.96, 0.05))
 """Shares of the samples below a frequency at which the noise may step."""
 
@@ -59,6 +64,22 @@ def _parted(s: Series, f: Array, white: Array) -> Series:
     found[known] = max(found[known], 1.0 if s.stated else 0.0)
     absolute, relative, inverse = map(float, s.spread[known] * np.sqrt(found / typical))
     return s.spread_by((absolute, relative, inverse))
+
+
+def resolved_by(series: Sequence[Series]) -> tuple[Series, ...]:
+    """Complex series whose absolute noise is no less than the rounding of their parts, where that matters: a
+    staircase hardly scatters."""
+    return tuple(map(_resolved_by, series))
+
+
+def _resolved_by(s: Series) -> Series:
+    if s.measure != "complex":
+        return s
+    step = max(map(rounding, s.data))
+    absolute, relative, inverse = s.spread
+    if step <= max(absolute, COARSE * float(np.median(sizes_of(s.spread, s.size)))):
+        return s
+    return s.spread_by((step, relative, inverse))
 
 
 def slanted(series: Sequence[Series], f: Sequence[Array], white: Sequence[Array]) -> tuple[Series, ...]:
@@ -92,8 +113,9 @@ def _along(f: Array, seen: tuple[Array, Array]) -> list[Array]:
     square = seen[0] / seen[1]
     for share in STEPS:
         k = int(share * square.shape[1])
-        low, high = (max(float(np.median(x)), 1e-300) for x in (square[:, :k], square[:, k:]))
-        found.append(np.where(np.arange(len(f)) < k + ORDER // 2, low / high, 1.0))
+        low, high = (float(np.median(x)) for x in (square[:, :k], square[:, k:]))
+        if min(low, high) > EVER * max(low, high):
+            found.append(np.where(np.arange(len(f)) < k + ORDER // 2, low / high, 1.0))
     return found
 
 
