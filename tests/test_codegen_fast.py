@@ -151,6 +151,17 @@ def test_nothing_is_divided_by_what_may_be_zero() -> None:
     assert np.isfinite(function.jacobian(f=[1600.0], **values)).all()
 
 
+@pytest.mark.parametrize("held", SIX)
+def test_a_constant_that_is_held_changes_no_number(held: str) -> None:
+    """With μ' held, sums that are proportional had different terms, and no kernel was made."""
+    free = tuple(n for n in SIX if n != held)
+    function, whole = (build(models.magnetostrictive_transducer, n) for n in (free, SIX))
+    f = np.geomspace(100.0, 1e4, 50)
+    assert function(f=f) == pytest.approx(whole(f=f), rel=1e-12)
+    columns = [SIX.index(n) for n in free]
+    assert function.jacobian(f=f) == pytest.approx(whole.jacobian(f=f)[..., columns], rel=1e-9)
+
+
 @pytest.mark.parametrize("name, off", [("modified_dahl", {"b": np.nextafter(1.0, 2.0)}), ("lugre", None)])
 @pytest.mark.parametrize("n", [2, 8, 9, 256, 257, 258, 265, 700])
 def test_a_scan_gives_what_one_step_after_the_other_gives(name: str, off: Any, n: int) -> None:

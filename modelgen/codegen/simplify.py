@@ -209,7 +209,7 @@ class _Algebra:
         if same.mark == mark:
             return Term(ONE, ONE, ((at, 1),))
         others = {t.key: t.coefficient for t in same.form}
-        for t in f:
+        for t in f if others.keys() == {t.key for t in f} else ():  # as sums of the same terms they are alike
             if others[t.key].never_zero:
                 return Term(t.coefficient * others[t.key].inverse(), ONE, ((at, 1),))
         self.factors.append(Factor(None, mark, f))
