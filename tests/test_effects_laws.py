@@ -554,6 +554,17 @@ def test_second_dahl_element_is_another_dahl_model() -> None:
     assert np.allclose(F, dahl["F"])
 
 
+def test_a_second_slider_slips_all_at_once() -> None:
+    """A spring that goes as far as ±z_j and is dragged beyond, step by small step."""
+    motion = record(np.linspace(0, 2, 4001), wobble)
+    h, w, r, states = 0.7, 0.4, 0.0, []
+    for dz in np.diff(motion["z"], prepend=motion["z"][0]):
+        r = min(1.0, max(-1.0, r + dz / w))
+        states.append(r)
+    F = force(find("second_dahl_element", "force", "h_j"), motion, h_j=h, z_j=w)
+    assert np.allclose(F, h * np.array(states), atol=2e-3 * h) and np.ptp(states) == 2
+
+
 def test_friction_falls_with_speed_and_stops_push_one_way() -> None:
     motion = record(np.linspace(0, 3, 301), wobble)
     z, v = motion["z"], motion["v"]

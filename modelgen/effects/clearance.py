@@ -34,7 +34,7 @@ def inner(model: Model, port: Port, key: str) -> Symbol:
     return Symbol(f"{port[key].name}_{count}", real=True)
 
 
-def _within(x: Any, g: Any) -> Any:
+def within(x: Any, g: Any) -> Any:
     """x held within ±g. Not by Max and Min, whose derivatives at g = 0 would depend on the order of their
     arguments."""
     return Piecewise((g, x > g), (-g, x < -g), (x, True))
@@ -98,7 +98,7 @@ def _lagging(model: Model, drive: tuple[Any, Any, Any], name: str, g: Any) -> _L
 
     def play(lag: Any, dz: Any) -> Any:
         """The lag after the driving side has gone dz in one direction."""
-        return _within(lag - dz, g)
+        return within(lag - dz, g)
 
     turned = play(lag, z_turn - z_prev)
     turn = Equation(f"{name}_turn", turned, unit, text="lag where the driving side turns")
@@ -141,7 +141,7 @@ def _gapped_friction(model: Model, port: Port, p: Values) -> Model:
     """A slider behind a spring with a gap: the way of the drive ahead of the slider is a play's."""
     play = _lagging(model, (port["z"], port["z_prev"], port["z_turn"]), "gapped", p["w_f"])
     ahead = -play.lag.symbol / p["w_f"]
-    r = (ahead - _within(ahead, p["share"])) / (1 - p["share"])
+    r = (ahead - within(ahead, p["share"])) / (1 - p["share"])
     return model.with_parameters(AWAY).extend(
         port.equation, lambda F: F + p["h_g"] * r, statements=(play.turn, play.lag)
     )
@@ -168,7 +168,7 @@ gapped_friction = Effect(
 def _dead_zone(model: Model, port: Port, p: Values) -> Model:
     z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
     g = p["g_0"]
-    motion = {k: x - _within(x, g) for k, x in (("z", z), ("z_prev", z_prev), ("z_turn", z_turn))}
+    motion = {k: x - within(x, g) for k, x in (("z", z), ("z_prev", z_prev), ("z_turn", z_turn))}
     return moved(model, port, (), motion | {"v": v})
 
 

@@ -23,6 +23,10 @@ Apply = Callable[[Model, Port, Values], Model]
 ANY = (-inf, inf)
 """Bounds of a strength of either sign."""
 
+RARER = 0.1
+"""`Effect.common` of a further law of an id, which is the first one over again where an effect is faint or
+sharp: without clear evidence for what is its own the first serves, and it is no more reason for the name."""
+
 
 @dataclass(frozen=True)
 class Strength:

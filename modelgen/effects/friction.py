@@ -1,12 +1,24 @@
 """Friction: slip laws other than Dahl's, and friction levels that change with speed."""
 
+from collections.abc import Callable
 from math import inf
 from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change
-from modelgen.language import Abs, Equation, Model, Parameter, Port, State, exp, sign, sqrt
+from modelgen.effects.clearance import within
+from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, add, change
+from modelgen.language import (
+    Abs,
+    Equation,
+    Model,
+    Parameter,
+    Port,
+    State,
+    exp,
+    sign,
+    sqrt,
+)
 
 DAHL = "P. R. Dahl, Aerospace Corp. TOR-0158(3107-18)-1 (1968); MRE paper, eq. 8–9"
 SLIPPED = Parameter(
@@ -14,18 +26,23 @@ SLIPPED = Parameter(
 )
 
 
-def _second_dahl(model: Model, port: Port, p: Values) -> Model:
-    def stroke(r: Any, dz: Any) -> Any:
-        """The friction state after a monotonic displacement dz, exact for b = 1."""
-        return sign(dz) + (r - sign(dz)) * exp(-Abs(dz) / p["z_2"])
-
-    name = "second_dahl_element_r"
+def _slipping(model: Model, port: Port, h: Any, name: str, stroke: Callable[[Any, Any], Any]) -> Model:
+    """`model` with another friction h r, whose state r is `stroke`(r, dz) after a monotonic displacement
+    dz."""
     turn = Equation(f"{name}_turn", stroke(Symbol(name, real=True), port["z_turn"] - port["z_prev"]))
     r = State(
         name, SLIPPED, stroke(turn.symbol, port["z"] - port["z_turn"]), text="state of the second element"
     )
     model = model.with_parameters(SLIPPED)
-    return model.extend(port.equation, lambda F: F + p["h_2"] * r, statements=(turn, r))
+    return model.extend(port.equation, lambda F: F + h * r, statements=(turn, r))
+
+
+def _second_dahl(model: Model, port: Port, p: Values) -> Model:
+    def stroke(r: Any, dz: Any) -> Any:
+        """Exact for b = 1."""
+        return sign(dz) + (r - sign(dz)) * exp(-Abs(dz) / p["z_2"])
+
+    return _slipping(model, port, p["h_2"], "second_dahl_element_r", stroke)
 
 
 second_dahl_element = Effect(
@@ -40,6 +57,26 @@ second_dahl_element = Effect(
 )
 
 
+def _slider(model: Model, port: Port, p: Values) -> Model:
+    def stroke(r: Any, dz: Any) -> Any:
+        return within(r + dz / p["z_j"], 1)
+
+    return _slipping(model, port, p["h_j"], "second_slider_r", stroke)
+
+
+second_slider = Effect(
+    "second_dahl_element",
+    ("force",),
+    "a second kind of contact sticks on a spring of its own and slips all at once",
+    "J. H. Griffin, J. Eng. Power 102 (1980) 329; W. D. Iwan, J. Appl. Mech. 33 (1966) 893: Jenkins element",
+    (Strength("h_j", "{port}", text="friction force of the second element"),),
+    _slider,
+    (Shape("z_j", "{z}", "displacement", 0.02, 1.0, 8, text="way from rest to slip"),),
+    needs=("z", "z_prev", "z_turn"),
+    common=RARER,
+)
+
+
 dahl_exponent = Effect(
     "dahl_exponent",
     ("dahl",),
@@ -48,6 +85,7 @@ dahl_exponent = Effect(
     (Strength("b", "1", 1.0, (0.2, 5.0), text="exponent over that of the model"),),
     change(lambda b, at, p: b * p["b"]),
 )
+
 
 stribeck_friction = Effect(
     "stribeck_friction",
@@ -103,6 +141,6 @@ position_friction = Effect(
 )
 
 EFFECTS = (
-    second_dahl_element, dahl_exponent, stribeck_friction, coulomb_friction, stribeck_force,
-    position_friction,
+    second_dahl_element, second_slider, dahl_exponent, stribeck_friction,
+    coulomb_friction, stribeck_force, position_friction,
 )  # fmt: skip

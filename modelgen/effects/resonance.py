@@ -6,7 +6,17 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values, add_impedance, at_start, change, unit_of
+from modelgen.effects.effect import (
+    RARER,
+    Effect,
+    Shape,
+    Strength,
+    Values,
+    add_impedance,
+    at_start,
+    change,
+    unit_of,
+)
 from modelgen.language import Model, Port, State, cos, exp, j, sin, sqrt
 
 Law = Callable[[Port, Values], Any]
@@ -48,10 +58,6 @@ def _hysteretic(at: Port, p: Values) -> Any:
     u, spring = at["omega"] / p["omega_4"], 1 + j * p["eta_4"]
     return j * at["omega"] * p["M_4"] * spring / (spring - u**2)
 
-
-RARER = 0.1
-"""What resonates sharply is the same by all three laws: without clear evidence for where it loses energy the
-first serves, and two more are no more reason to call something a resonator."""
 
 second_mode = _hung(
     2,
