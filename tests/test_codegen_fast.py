@@ -6,6 +6,7 @@ import ctypes
 import subprocess
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import mpmath as mp
@@ -21,7 +22,7 @@ from modelgen.codegen.compiler import FAST, find_compiler
 from modelgen.codegen.emit import emit, environment
 from modelgen.codegen.program import build_program
 from modelgen.effects import CATALOGUE
-from modelgen.language import Equation, Input, Model, Parameter
+from modelgen.language import Equation, Input, Model, Parameter, Piecewise
 
 TRANSDUCERS = ("magnetostrictive_transducer", "electrodynamic_transducer")
 SIX = ("mu33_re", "mu33_im", "S33_re", "S33_im", "d33_re", "d33_im")
@@ -214,3 +215,20 @@ def test_normal_equations_of_many_columns_are_those_of_the_jacobian(by: Any) -> 
     assert whole == pytest.approx(np.sum(e**2), rel=1e-12)
     assert g == pytest.approx(J.T @ e.ravel(), rel=1e-10)
     assert pytest.approx(J.T @ J, rel=1e-12) == A
+
+
+def test_a_piecewise_within_a_condition() -> None:
+    """x beyond a gap that is g on one side of y = 0 and h on the other; x where its sign is not that of y."""
+    x, y = Input("x", "1"), Input("y", "1")
+    g, h = Parameter("g", "1"), Parameter("h", "1")
+    X, Y, gap = x.symbol, y.symbol, Piecewise((g.symbol, y.symbol > 0), (h.symbol, True))
+    laws = (
+        Equation("beyond", Piecewise((X, abs(X) > gap), (0, True)), "1"),
+        Equation("alone", Piecewise((X, sp.Xor(X > 0, Y > 0)), (0, True)), "1"),
+    )
+    f = build(Model("gap", (x, y), (g, h), laws, ("beyond", "alone")))
+    for at in product((-2.0, 0.5, 3.0), (-1.0, 1.0), (1.0, 4.0), (1.0, 4.0)):
+        a, b, low, high = at
+        beyond = a if abs(a) > (low if b > 0 else high) else 0.0
+        alone = a if (a > 0) != (b > 0) else 0.0
+        assert np.ravel(f(x=a, y=b, g=low, h=high)).tolist() == [beyond, alone]

@@ -11,6 +11,7 @@ import casadi as ca
 import sympy as sp
 from sympy.codegen.cfunctions import expm1
 from sympy.core.relational import Relational
+from sympy.logic.boolalg import BooleanFunction
 
 from modelgen.errors import InputError
 from modelgen.language import functions as fn
@@ -162,7 +163,11 @@ class Translator:
             for a in c.args[1:]:
                 total = join(total, self._condition(a, memo))
             return total
-        return ca.SX(1.0 if c is sp.true else 0.0)
+        if isinstance(c, BooleanFunction):  # ITE, of a Piecewise within a condition; Xor
+            return self._condition(c.to_nnf(), memo)
+        if c not in (sp.true, sp.false):
+            raise InputError(f"'{c}' in a Piecewise is no condition: wanted comparisons, joined by & | ~")
+        return ca.SX(1.0 if c == sp.true else 0.0)
 
     def _function(self, e: Any, memo: dict[Any, Any]) -> Any:
         kind = type(e)

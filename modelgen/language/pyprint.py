@@ -71,6 +71,11 @@ class Printer(StrPrinter):
         left = f"{self._name('Rational')}({x.lhs.p}, {x.lhs.q})" if x.lhs.is_Rational else self._print(x.lhs)
         return f"{left} {x.rel_op} {self._print(x.rhs)}"
 
+    def _print_ITE(self, x: Any) -> str:
+        return str(self._print(x.to_nnf()))
+
+    _print_Xor = _print_ITE
+
     def _print_Basic(self, x: Any) -> str:
         return f"{self._name(type(x).__name__)}({', '.join(self._print(a) for a in x.args)})"
 
