@@ -11,7 +11,6 @@ import numpy as np
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.scatter import rounding, stands
 from modelgen.fit.series import Array, Series
-from modelgen.fit.whitener import Whitener
 
 GROSS = 6.0
 """A sample this many robust standard deviations from its neighbours' median is an outlier."""
@@ -106,7 +105,8 @@ def marked(series: Sequence[Series], marks: Sequence[Array]) -> tuple[str, ...]:
 
 def off_neighbours(x: Array) -> Array:
     """How far each of (n,) samples is from the median of seven about it."""
-    return x - _seven(x)
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(x, 3, mode="reflect"), 7)
+    return np.asarray(x - np.median(windows, axis=1))
 
 
 def standing_alone(signal: Array) -> Array:
@@ -119,19 +119,9 @@ def standing_alone(signal: Array) -> Array:
 
 
 def modelled_output(e: Experiment, theta: Array, k: int) -> Array:
-    """The model's output in recording k at θ, over the noise (channels, n).
-
-    Noise in proportion to what was recorded is that of neighbours: a glitch is none in the model.
-    """
-    w = e.series[k].whitener.weight
-    about = _seven(w.real) if not np.iscomplexobj(w) else _seven(w.real) + 1j * _seven(w.imag)
-    return np.asarray(Whitener(about).apply(e.raw(theta, k) + e.series[k].data))
-
-
-def _seven(x: Array) -> Array:
-    """(..., n) medians of seven along the last axis."""
-    wide = np.pad(x, [(0, 0)] * (x.ndim - 1) + [(3, 3)], mode="reflect")
-    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(wide, 7, axis=-1), axis=-1))
+    """The model's output in recording k at θ, over the noise (channels, n)."""
+    s = e.series[k]
+    return np.asarray(replace(s.whitener, root=None, ar=None).apply(e.raw(theta, k) + s.data))
 
 
 def masked(series: Sequence[Series], marks: Sequence[Array]) -> tuple[Series, ...]:
