@@ -20,7 +20,7 @@ from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_wh
 from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, record_scales
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.between import smoothly_driven
-from modelgen.diagnose.noise.floor import parted, resolved_by, slanted
+from modelgen.diagnose.noise.floor import no_finer_than_rounded, parted, slanted
 from modelgen.diagnose.noise.glitches import bursts, laid_open
 from modelgen.diagnose.noise.noise import marked, masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
@@ -137,7 +137,7 @@ def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> 
     white = [s.whitener.apply(ex.raw(fit.theta, k)) for k, s in enumerate(series)]
     marks = tuple(seen) or _marks(judge, fit, ex)
     oddity, marks = _oddity(model, series, white, marks)
-    bare = series if model.is_time_model else resolved_by(_levelled(_referred(series, fit), fit))
+    bare = series if model.is_time_model else no_finer_than_rounded(_levelled(_referred(series, fit), fit))
     series = masked(bare, marks)
     if not model.is_time_model:
         raw = [fit.hypothesis.experiment.raw(fit.theta, k) for k in range(len(series))]

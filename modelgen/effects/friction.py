@@ -8,17 +8,7 @@ from sympy import Symbol
 
 from modelgen.effects.clearance import within
 from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, add, change
-from modelgen.language import (
-    Abs,
-    Equation,
-    Model,
-    Parameter,
-    Port,
-    State,
-    exp,
-    sign,
-    sqrt,
-)
+from modelgen.language import Abs, Equation, Model, Parameter, Port, State, exp, sign, sqrt
 
 DAHL = "P. R. Dahl, Aerospace Corp. TOR-0158(3107-18)-1 (1968); MRE paper, eq. 8–9"
 SLIPPED = Parameter(

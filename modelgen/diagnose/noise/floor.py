@@ -66,13 +66,13 @@ def _parted(s: Series, f: Array, white: Array) -> Series:
     return s.spread_by((absolute, relative, inverse))
 
 
-def resolved_by(series: Sequence[Series]) -> tuple[Series, ...]:
+def no_finer_than_rounded(series: Sequence[Series]) -> tuple[Series, ...]:
     """Complex series whose absolute noise is no less than the rounding of their parts, where that matters: a
     staircase hardly scatters."""
-    return tuple(map(_resolved_by, series))
+    return tuple(map(_no_finer, series))
 
 
-def _resolved_by(s: Series) -> Series:
+def _no_finer(s: Series) -> Series:
     if s.measure != "complex":
         return s
     step = max(map(rounding, s.data))
@@ -83,8 +83,8 @@ def _resolved_by(s: Series) -> Series:
 
 
 def slanted(series: Sequence[Series], f: Sequence[Array], white: Sequence[Array]) -> tuple[Series, ...]:
-    """Sweeps whose noise goes with a power of the frequency where `white`, residuals over the noise as known,
-    scatter so. What is stated stands: noise is no less than that."""
+    """Sweeps whose noise goes with a power of the frequency, or steps at one, where `white`, residuals over
+    the noise as known, scatter so. What is stated stands: noise is no less than that."""
     return tuple(map(_slanted, series, f, white))
 
 

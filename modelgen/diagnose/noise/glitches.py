@@ -16,6 +16,14 @@ HIDDEN = 100.0
 """Squares of newly found outliers, over the noise, that are worth a second search."""
 ABOVE = 4.0
 """Times what leaving out any sample nearby would take away, that leaving out an outlier does."""
+RIDGE = 1e-9
+"""Added to what a sample's own weight leaves of its residual."""
+BURST = 8
+"""Samples that a burst of glitches has at most."""
+EDGE = 30.0
+"""Times its neighbours' greatest square that the least of its own is: no resonance ends so."""
+ROUNDS = 15
+"""Turns of the fit with heavy tails."""
 
 
 def laid_open(base: Fit, best: Fit, bare: Sequence[Series], marks: Sequence[Array]) -> list[Array] | None:
@@ -68,18 +76,6 @@ def _gains_without(f: Fit) -> list[Array]:
         found.append(np.einsum("cn,nc->n", mine, np.linalg.solve(rest, mine.T[..., None])[..., 0]))
         at = end
     return found
-
-
-RIDGE = 1e-9
-"""Added to what a sample's own weight leaves of its residual."""
-
-
-BURST = 8
-"""Samples that a burst of glitches has at most."""
-EDGE = 30.0
-"""Times its neighbours' greatest square that the least of its own is: no resonance ends so."""
-ROUNDS = 15
-"""Turns of the fit with heavy tails."""
 
 
 def bursts(judge: Judge, base: Fit) -> list[Array]:
