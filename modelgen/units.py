@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 from functools import cache
+from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
 from modelgen.errors import InputError
@@ -19,10 +20,16 @@ LOWERED, LIFTED = str.maketrans(RAISED, "0123456789"), str.maketrans("0123456789
 
 @cache
 def registry() -> pint.UnitRegistry[Any]:
-    """The one Pint registry. Made on first use: importing Pint costs more than the rest of the start."""
-    import pint
+    """The one Pint registry. Made on first use: importing Pint costs more than the rest of the start.
 
-    ureg: pint.UnitRegistry[Any] = pint.UnitRegistry(cache_folder=":auto:")
+    Pint's cache holds paths of the Pint that made it: each has a folder of its own, as environments go.
+    """
+    import pint
+    import platformdirs
+
+    own = sha256(str(pint.__file__).encode()).hexdigest()[:16]
+    folder = platformdirs.user_cache_path("modelgen") / f"pint-{own}"
+    ureg: pint.UnitRegistry[Any] = pint.UnitRegistry(cache_folder=folder)
     ureg.define("kip = 1000 * pound_force")
     return ureg
 
