@@ -99,7 +99,7 @@ def _starts(h: Hypothesis, f: Fit, tangent: Tangent, whiteners: Sequence[Whitene
     if seen is None:
         return []
     what, _ = kind(a)
-    chosen = _apart([t for first, Q in grids for t in seen.tried(first, Q, what)])[:KEEP]
+    chosen = _apart([t for first, Q in grids for t in seen.tried(first, Q, what)], KEEP)
     if what == MANY:
         line = max(t for first, Q in grids for t in seen.tried(first, Q, ONE))
         chosen += seen.tried(line[1] / np.arange(1, MODES + 1), line[2], what)
@@ -167,10 +167,12 @@ class _Seen:
         return self.tangent.off(np.concatenate(columns))
 
 
-def _apart(tries: Sequence[Tried]) -> list[Tried]:
-    """The best first, without neighbours."""
+def _apart(tries: Sequence[Tried], count: int) -> list[Tried]:
+    """The best `count`, the very best first, without neighbours."""
     chosen: list[Tried] = []
     for t in sorted(tries, reverse=True)[:200]:
+        if len(chosen) == count:
+            break
         if all(abs(np.log(t[1] / c[1])) > 1 / min(t[2], c[2]) for c in chosen):
             chosen.append(t)
     return chosen

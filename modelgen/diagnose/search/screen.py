@@ -16,6 +16,9 @@ from modelgen.fit.whitener import Array, Whitener
 BLIND = 1e-7
 """Share of a derivative's square that must be left beside the base's sensitivities; less is a parameter
 renamed."""
+CANCELLED = 1e-3
+"""Share of its length from which on a column less what the base's sensitivities make of it is exact enough;
+of what is shorter they are taken off once more."""
 AT_ONCE = 500_000
 """Numbers that are kept of the places of a grid: no more than the cache holds."""
 
@@ -67,9 +70,11 @@ class Tangent:
     def off(self, columns: Array) -> Array:
         """The part of `columns` (..., N, k) that no change of the fitted parameters can make."""
         rows = np.swapaxes(columns, -1, -2)
-        rest = rows.reshape(-1, rows.shape[-1])  # all at once, and as they lie in memory
-        for _ in range(2):
-            rest = rest - (rest @ self.q) @ self.q.T
+        whole = rows.reshape(-1, rows.shape[-1])  # all at once, and as they lie in memory
+        rest = whole - (whole @ self.q) @ self.q.T
+        little = np.einsum("kn,kn->k", rest, rest) < CANCELLED**2 * np.einsum("kn,kn->k", whole, whole)
+        if little.any():
+            rest[little] -= (rest[little] @ self.q) @ self.q.T
         return np.swapaxes(rest.reshape(rows.shape), -1, -2)
 
 
