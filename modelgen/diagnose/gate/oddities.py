@@ -27,7 +27,9 @@ BROAD = 0.2
 """Share of the evidence that must be found elsewhere."""
 TOP = 0.01
 """Share of a record that is its top."""
-STILL = 0.5
+BESIDE = 3
+"""Samples before and after a plateau that weigh nothing either: of these it was chosen by their noise."""
+STILL = 0.9
 """A record that stays at one value for more than this share of its samples rests there."""
 
 
@@ -40,8 +42,8 @@ def saturation(
     more = [m.copy() for m in marks]
     for k, (s, e, m) in enumerate(zip(series, white, marks, strict=True)):
         for side in (1.0, -1.0):
-            end = _cut(s, e[0], m, side)
-            end = _plateau(s, e[0], side) if end is None else end
+            end = _plateau(s, e[0], side)
+            end = _cut(s, e[0], m, side) if end is None else end
             if end is None or len(end) > STILL * s.n:
                 continue
             level = float(np.median(s.data[0][end]))
@@ -49,7 +51,9 @@ def saturation(
                 f"the record ends at {level:.4g} {s.unit}: its sensor saturates or the part lifts off"
             )
             gain += float(np.sum(e[0][end] ** 2))
-            more[k][end] = True
+            spoilt = np.zeros(s.n, dtype=bool)
+            spoilt[end] = True
+            more[k] |= np.convolve(spoilt, np.ones(2 * BESIDE + 1), "same") > 0
     return (Leftover(gain, gain, "force", says) if says else None), more
 
 
