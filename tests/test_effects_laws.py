@@ -94,6 +94,11 @@ def test_skin_effect_is_a_round_wire() -> None:
     assert np.allclose(new - old, COIL["R_e"] * wire, rtol=1e-9)
 
 
+def test_a_resistance_that_grows_leaves_the_inductance_alone() -> None:
+    old, new = at_port(find("coil_ac_resistance", "electrical_impedance", "K_r"), K_r=1e-3, X_r=0.7)
+    assert np.allclose(new - old, 1e-3 * w**0.7, rtol=1e-12)
+
+
 def test_shunts_are_resistances_in_parallel() -> None:
     old, new = at_port(find("eddy_shunt", "inductance"), G=1 / 20.0)
     assert np.allclose(1 / (1j * w * new), 1 / (1j * w * old) + 1 / 20.0)

@@ -1,6 +1,8 @@
 """What a search of sweeps passes by when it goes from the base's optimum, or from one effect to the next."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -136,6 +138,16 @@ def test_the_air_in_the_port_of_a_box_is_another_resonator(tmp_path: Path) -> No
     assert v.after.fit_over_noise == pytest.approx(1.0, abs=0.1) and v.before.fit_over_noise > 20
     found = {e.name: e.value for e in v.effects[0].parameters}
     assert found["omega_3"] == pytest.approx(wb, rel=0.02) and found["Q_3"] == pytest.approx(9, rel=0.1)
+
+
+@pytest.mark.parametrize("grows", [lambda f: np.sqrt(f / 1500), lambda f: np.hypot(1, f / 300) - 1])
+def test_a_resistance_that_grows_without_a_reactance(tmp_path: Path, grows: Callable[[Any], Any]) -> None:
+    """As measured values of a winding are often given: no eddy current's law, which changes both."""
+    f = np.geomspace(8, 1500, 300)
+    s = 2j * np.pi * f
+    v = verdict(tmp_path, f, 6 + 0.15 * grows(f) + 3e-4 * s + 36 / (1 + 0.013 * s + 2e3 / s))
+    assert [e.id for e in v.effects] == ["coil_ac_resistance"]
+    assert v.before.fit_over_noise > 2 and v.after.fit_over_noise < 1.1
 
 
 @pytest.mark.slow

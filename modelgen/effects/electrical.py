@@ -3,9 +3,9 @@
 from dataclasses import replace
 from typing import Any
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change
+from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, add, change, unit_omega
 from modelgen.effects.resonance import xcotx
-from modelgen.language import Port, eddy_factor, j
+from modelgen.language import Model, Port, eddy_factor, j
 
 lead_resistance = Effect(
     "lead_resistance",
@@ -107,6 +107,25 @@ layered_winding = Effect(
     secant=True,
 )  # fmt: skip
 
+
+def _growing(model: Model, port: Port, p: Values) -> Model:
+    model = unit_omega(model)
+    w = port["omega"] / model.parameter("unit_omega")
+    return model.extend(port.equation, lambda Z: Z + p["K_r"] * w ** p["X_r"])
+
+
+growing_resistance = Effect(
+    "coil_ac_resistance",
+    ("electrical_impedance",),
+    "the coil's resistance grows with a power of frequency, and its inductance stays as it is",
+    "J. R. Wright, JAES 38 (1990) 749: K_r ω^X_r, an empirical law of its own for the real part",
+    (Strength("K_r", "{port}", text="resistance at ω = 1 rad/s"),),
+    _growing,
+    (Shape("X_r", "1", "1", 0.4, 2.5, 6, log=False, text="exponent; 1/2 where the skin is thin, 2 below"),),
+    needs=("omega",),
+    common=RARER,
+)
+
 coil_capacitance = Effect(
     "coil_capacitance",
     ("terminals",),
@@ -148,6 +167,7 @@ EFFECTS = (
     coil_ac_resistance,
     skin_effect,
     layered_winding,
+    growing_resistance,
     coil_capacitance,
     lossy_capacitance,
 )
