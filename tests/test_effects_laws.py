@@ -97,6 +97,9 @@ def test_skin_effect_is_a_round_wire() -> None:
 def test_a_resistance_that_grows_leaves_the_inductance_alone() -> None:
     old, new = at_port(find("coil_ac_resistance", "electrical_impedance", "K_r"), K_r=1e-3, X_r=0.7)
     assert np.allclose(new - old, 1e-3 * w**0.7, rtol=1e-12)
+    e = find("coil_ac_resistance", "electrical_impedance", "R_c")
+    old, new = at_port(e, R_c=0.8, omega_c=3e3, X_c=0.5)
+    assert np.allclose(new - old, 0.8 * ((1 + (w / 3e3) ** 2) ** 0.25 - 1), rtol=1e-9)
 
 
 def test_shunts_are_resistances_in_parallel() -> None:
