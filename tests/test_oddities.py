@@ -41,6 +41,23 @@ def test_a_record_cut_at_half_its_height_is_told_without_an_outlier_and_marked()
     assert np.mean(marks[0]) == pytest.approx(1 / 3, abs=0.02)  # a sine is above a half for that long
 
 
+def test_a_record_cut_for_most_of_its_time_is_told_as_its_motion_goes_on() -> None:
+    s, white, _ = _force(clip=-0.6)
+    found, marks = saturation([s], [white], [np.zeros(s.n, dtype=bool)])
+    assert found is not None and np.mean(marks[0]) == pytest.approx(0.705, abs=0.02)
+
+
+def test_a_plateau_is_marked_whole_where_outliers_lie_on_it_and_with_its_edges() -> None:
+    """Of the samples beside a plateau those that noise lifted are on it: what is left of them is biased."""
+    s, white, _ = _force(clip=0.5)
+    few = np.zeros(s.n, dtype=bool)
+    few[np.argsort(s.data[0])[-4:]] = True
+    found, marks = saturation([s], [white], [few])
+    assert found is not None and np.mean(marks[0]) == pytest.approx(1 / 3, abs=0.02)
+    cut = np.flatnonzero(np.diff(np.sin(2 * np.pi * s.inputs["t"]) > 0.5))
+    assert all(marks[0][k - 2 : k + 4].all() for k in cut)
+
+
 def test_a_smooth_top_is_no_plateau_even_under_a_wrong_model() -> None:
     s, white, _ = _force(clip=None)
     t = s.inputs["t"]
