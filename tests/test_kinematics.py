@@ -165,6 +165,71 @@ def test_noise_at_rest_is_no_way_that_a_hysteresis_would_remember() -> None:
     assert rms(k.z - z) < 1e-3
 
 
+@pytest.mark.parametrize("late", [0.0, 0.25, 0.5, 0.9])
+def test_ringing_at_the_corners_of_a_fast_ramp_is_no_reversal(late: float) -> None:
+    """Rest, a ramp of some five samples, rest, half the way back, rest: it turns once, at the upper rest."""
+    t = np.arange(120.0)
+    z = np.interp(t, np.array([20.0, 25.0, 60.0, 63.0]) + late, [0.0, 1.0, 1.0, 0.5])
+    k = kinematics(t, z, 0.0)
+    assert k.reversals.size == 1
+    assert k.z_turn[k.reversals] == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("late", [0.0, 0.25, 0.5, 0.9])
+def test_the_tip_of_a_corner_between_samples_is_where_its_sides_meet(late: float) -> None:
+    t = np.arange(120.0)
+    z = np.interp(t, np.array([0.0, 60.0, 120.0]) + late, [0.0, 1.0, -1.0])
+    k = kinematics(t, z, 0.0)
+    assert k.reversals.size == 1
+    assert k.z_turn[k.reversals] == pytest.approx(1.0, abs=1e-2)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_small_step_back_between_two_long_rests_turns_twice(seed: int) -> None:
+    """A dozen times the noise, and no velocity is sure there."""
+    t = np.arange(700) / RATE
+    z = np.interp(t * RATE, [0.0, 200.0, 400.0, 401.0, 600.0, 700.0], [0.0, 1.0, 1.0, 0.988, 0.988, 2.0])
+    assert kinematics(t, noisy(z, seed, 1e-3), 1e-3).reversals.size == 2
+
+
+def test_where_a_step_goes_back_the_tip_is_no_farther_than_that() -> None:
+    """A fast ramp that goes a little too far: the slope of what leads there says more than the samples do."""
+    z = np.concatenate([np.arange(20.0), np.full(40, 19.4)])
+    z[20] = 19.5
+    k = kinematics(np.arange(60.0), z, 0.0)
+    assert k.reversals.size == 1
+    assert 19.5 <= k.z_turn[k.reversals[0]] <= 19.6 + 1e-9
+
+
+@pytest.mark.parametrize("ramp", [15, 30, 45])
+def test_corners_of_a_coarse_encoder_are_not_smoothed_away(ramp: int) -> None:
+    """Rests and ramps of several steps a sample: rounding is an error of half a step, beside no other."""
+    t, step = np.arange(900.0), 1 / 203.7
+    at = np.ravel([[x, x + ramp] for x in (100.4, 250.7, 400.2, 550.9, 700.5)])
+    z = np.interp(t, at, np.repeat([0.0, 0.62, 0.1, 1.0, 0.45, 0.8], 2)[1:-1])
+    k = kinematics(t, np.round(z / step) * step)
+    assert np.abs(k.z - z).max() < 2 * step
+    assert k.reversals.size == 4
+
+
+@pytest.mark.parametrize("slope", [0.3, 1.0, 3.0])
+def test_corners_that_noise_hides_count_in_the_error_of_the_velocity(slope: float) -> None:
+    """From rest to a slope of so many standard deviations of the noise a sample."""
+    t, near, ratios = np.arange(600.0), slice(240, 360), []
+    for seed in range(20):
+        k = kinematics(t, noisy(slope * 1e-3 * np.maximum(t - 300.3, 0.0), seed, 1e-3), 1e-3)
+        error = k.v - np.where(t > 300.3, slope * 1e-3, 0.0)
+        ratios.append(rms(k.sigma_v[near]) / rms(error[near]))
+    assert 0.45 < np.mean(ratios) < 1.3
+
+
+@pytest.mark.parametrize(("period", "most"), [(24, 3.0), (40, 1.7), (80, 1.5)])
+def test_noise_of_a_triangle_is_not_that_of_its_corners(period: int, most: float) -> None:
+    t = np.arange(600.0)
+    z = np.abs((t + 0.3) / period % 1 * 2 - 1)
+    assert 1e-3 / 1.3 < kinematics(t, noisy(z, 1, 1e-3)).sigma_z < most * 1e-3
+
+
 def test_turns_are_extremes_within_the_step() -> None:
     t = np.linspace(0, 20, 301)
     k = kinematics(t, np.sin(t + 0.3))

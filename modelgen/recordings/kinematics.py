@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,12 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from modelgen.errors import InputError
 from modelgen.recordings.noise import noise_std, quantum
 from modelgen.recordings.smooth import Smooth, smooth
+from modelgen.recordings.turns import turned
 
 Array = NDArray[np.float64]
 
 JITTER = 1e-3  # of a step: time stamps that are rounded in a file are uniform all the same
 TIP = 0.3  # error of a turn at a corner between samples, over those of both slopes times the step
-SURE = 4.0  # a direction of motion counts when the velocity is this many standard deviations from zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,12 +61,13 @@ def kinematics(t: ArrayLike, z: ArrayLike, sigma: float | None = None) -> Kinema
     grid, a solver's) are handled with the sample number as parameter, v = z'/t'. Others (jitter, gaps) are
     carried to a uniform grid and back by splines; without noise the spline itself is differentiated.
 
-    **Reversals**: the direction counts only where |v| > 4 sigma_v, and an excursion only above the noise of
-    the record, so that neither noise at rest nor ringing at a corner makes one. Between two stretches of
-    opposite direction there is exactly one, at the extreme of z; z_turn is the extreme of the Hermite cubic
-    of (z, v) in that step, so that z[n-1] -> z_turn[n] -> z[n] is monotonic in pieces. With noise z is the
-    monotonic path nearest to the smoothed one between two reversals: a hysteresis would remember each
-    to-and-fro of what is left of it.
+    **Reversals**: the direction counts only where |v| > 4 sigma_v and z goes that way, too, and an excursion
+    only above the noise of the record, so that neither noise at rest nor ringing at a corner makes one.
+    Between two stretches of opposite direction there is exactly one, at the extreme of z; z_turn is the
+    extreme of the Hermite cubic of (z, v) in that step, but no farther than a path that bends one way can
+    go, so that z[n-1] -> z_turn[n] -> z[n] is monotonic in pieces. With noise z is the monotonic path nearest
+    to the smoothed one between two reversals: a hysteresis would remember each to-and-fro of what is left
+    of it.
 
     Raises InputError for arrays of different or zero length, values that aren't finite, time that doesn't
     increase, a negative sigma.
@@ -150,87 +150,15 @@ def _by_splines(t: Array, z: Array, std: float, bound: float) -> Smooth:
     return Smooth(value, noise, bent, np.interp(t, grid, found.window))
 
 
-def _frozen(t: Array, z: Array, found: Smooth, std: float) -> Kinematics:
-    z, v, a = (np.ascontiguousarray(row) for row in found.value)
-    doubt = SURE * found.std[1] + 1e-9 * np.abs(v).max()
-    steps = _reversals(z, v, doubt, std + 1e-9 * float(np.ptp(z)))
-    z = _one_way(z, steps, SURE * std) if std > 0 else z
-    z_turn = np.concatenate((z[:1], z[:-1]))
-    z_turn[steps] = _extreme(t, z, v, steps)
+def _frozen(t: Array, raw: Array, found: Smooth, std: float) -> Kinematics:
+    z, z_turn, steps, resting = turned(t, raw, found, std)
+    v, a = (np.ascontiguousarray(row) for row in found.value[1:])
     window = np.rint(found.window).astype(np.intp)
     sigma, sigma_v, sigma_a = np.hypot(found.std, found.bent)
     before = np.concatenate((found.bent[1, :1], found.bent[1, :-1]))
     sigma_turn = np.hypot(TIP * np.diff(t, prepend=t[0]) * (found.bent[1] + before), found.std[0])
+    sigma_turn[resting] = np.hypot(sigma_turn[resting], std)  # as far as noise hides that it went farther
     arrays = (z, v, a, z_turn, steps, sigma, sigma_v, sigma_a, sigma_turn, window)
     for array in arrays:
         array.setflags(write=False)
     return Kinematics(*arrays[:5], std, *arrays[5:])
-
-
-def _one_way(z: Array, steps: NDArray[np.intp], least: float) -> Array:
-    """The monotonic path nearest to z (n,) between one reversal and the next, within `least` of it.
-
-    Noise that smoothing has left goes to and fro with every sample, a way that a hysteresis would remember.
-    """
-    from scipy.optimize import isotonic_regression
-
-    bounds = [0, *(n for n in steps.tolist() if 0 < n < z.size), z.size]
-    parts = []
-    for begin, end in pairwise(bounds):
-        part, before = z[begin:end], z[max(begin - 1, 0)]
-        parts.append(np.asarray(isotonic_regression(part, increasing=bool(part[-1] >= before)).x))
-    path = np.concatenate(parts)
-    return np.where(np.abs(path - z) < least, path, z)
-
-
-def _reversals(z: Array, v: Array, doubt: Array, least: float) -> NDArray[np.intp]:
-    """The steps n, from n - 1 to n, in which the motion turns: one between sure motions of opposite sign,
-    when the path between turns is longer than `least`."""
-    sure = np.flatnonzero(np.abs(v) > doubt)
-    sign = np.sign(v[sure])
-    change = np.flatnonzero(sign[1:] != sign[:-1])
-    before, after, up = sure[change], sure[change + 1], sign[change]
-    steps = after.copy()
-    tips = np.where(up > 0, np.maximum(z[before], z[after]), np.minimum(z[before], z[after]))
-    for k in np.flatnonzero(after > before + 1):  # doubtful samples in between: where z is extreme
-        top = int(np.argmax(up[k] * z[before[k] : after[k] + 1]))
-        forward = up[k] * v[before[k] : after[k] + 1] > 0
-        crossings = np.flatnonzero(forward[:-1] & ~forward[1:])
-        steps[k] = before[k] + 1 + crossings[np.argmin(np.abs(crossings - top))]
-        tips[k] = z[before[k] + top]
-    return steps[_zigzag(np.concatenate((z[:1], tips, z[-1:])), least)]
-
-
-def _zigzag(tips: Array, least: float) -> list[int] | slice:
-    """Which of the turns tips[1:-1] remain when excursions of `least` or less don't count."""
-    if np.abs(np.diff(tips)).min() > least:
-        return slice(None)
-    kept: list[int] = []
-    high = low = direction = 0
-    for n, tip in enumerate(tips):
-        high = n if direction >= 0 and tip > tips[high] else high
-        low = n if direction <= 0 and tip < tips[low] else low
-        if direction >= 0 and tips[high] - tip > least:
-            kept += [high - 1] if direction else []
-            direction, low = -1, n
-        elif direction <= 0 and tip - tips[low] > least:
-            kept += [low - 1] if direction else []
-            direction, high = 1, n
-    return kept
-
-
-def _extreme(t: Array, z: Array, v: Array, steps: NDArray[np.intp]) -> Array:
-    """Extreme of the Hermite cubic of (z, v) in each step; of its two ends where v has one sign there.
-
-    The slope is a x² + b x + c with x from 0 to 1; opposite signs at the ends leave exactly one root between.
-    """
-    h, z0, z1 = t[steps] - t[steps - 1], z[steps - 1], z[steps]
-    c, end, rise = v[steps - 1] * h, v[steps] * h, z1 - z0
-    a, b = 3 * (c + end - 2 * rise), 2 * (3 * rise - 2 * c - end)
-    q = -0.5 * (b + np.where(b >= 0, 1.0, -1.0) * np.sqrt(np.maximum(b * b - 4 * a * c, 0.0)))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        roots = np.array([q / a, c / q])
-    x = np.where((roots[0] >= 0) & (roots[0] <= 1), roots[0], roots[1])
-    turn = z0 + x * (c + x * (b / 2 + x * a / 3))
-    ends = np.where(c + end >= 0, np.maximum(z0, z1), np.minimum(z0, z1))
-    return np.where((c * end < 0) & (x >= 0) & (x <= 1), turn, ends)

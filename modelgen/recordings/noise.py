@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 ORDERS = (2, 4, 8, 12, 16, 20, 24)
+HIGH = 8  # order from which differences hold next to nothing of a signal of many samples a period
 TOO_SHORT = 24  # samples; below, noise and signal can't be told apart
 
 
@@ -17,7 +18,8 @@ def noise_std(t: Array, z: Array) -> float:
     """Std of the white part of z, shape (n,), sampled at t, shape (n,); 0 where there is none to be seen.
 
     High-order divided differences hold noise and nearly no signal (Hall, Kay and Titterington, Biometrika 77
-    (1990) 521); the median of their size doesn't mind kinks. A signal of few samples a period leaks into
+    (1990) 521); the median of their size doesn't mind kinks, as long as they are few: each spoils as many
+    differences as the order, so the least of the orders counts. A signal of few samples a period leaks into
     them, less with each order: where the estimate still falls at the last, it sees signal, and 0 is returned.
     """
     steps = np.diff(t)
@@ -28,7 +30,7 @@ def noise_std(t: Array, z: Array) -> float:
     found = [1.4826 * float(np.median(np.abs(_difference(t, z, d, uniform)))) for d in orders]
     if found[-1] < 0.7 * found[-2]:
         return 0.0
-    std = min(found[-2:])
+    std = min([s for d, s in zip(orders, found, strict=True) if d >= HIGH] or found[-1:])
     return std if std > 100 * np.finfo(float).eps * float(np.abs(z).max()) else 0.0
 
 

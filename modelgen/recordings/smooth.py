@@ -21,6 +21,8 @@ PEAK = 6.0  # largest excess coefficient, in standard deviations
 POOL = 12  # half-width of the neighbourhood of a window that is tested together, in half-widths
 SPREAD = 0.3  # standard deviation of the mean square of the some 2 POOL windows in it
 POOLED = 2.5  # largest mean square excess over it, in variances
+CORNER = 30.0  # sum of squares beyond the fit, in variances, from which a corner is seen in it
+FUNDAMENTAL = 0.64  # amplitude of a sawtooth's first harmonic: what rounding makes of a ramp
 NARROWER = 7  # samples of the interpolating polynomial before the last one
 BENT = (
     20.0  # times the change from it to the last: the error at a corner of any radius up to some samples, and
@@ -64,7 +66,8 @@ def smooth(z: Array, std: float, bound: float) -> Smooth:
         value += weight * (fit.value - last.value)
         gain += weight * (fit.gain - last.gain)
         window += weight * (wider - half)
-        missed += weight * (_missed(fit, wider, std) - missed)
+        beyond = np.hypot(_missed(fit, wider, std), _cornered(fit, wider, std, bound, good))
+        missed += weight * (beyond - missed)
         bent *= 1 - weight
         half = wider
     return Smooth(value, np.hypot(gain * std, missed), bent, window)
@@ -106,10 +109,35 @@ def _missed(fit: LocalFit, half: int, std: float) -> Array:
     return np.asarray(np.sqrt(np.maximum(pooled - (1 + SPREAD), 0.0) * noise))
 
 
+def _cornered(fit: LocalFit, half: int, std: float, bound: float, good: NDArray[np.bool_]) -> Array:
+    """(3, n) errors of the fit about corners that are seen in what is beyond it, though not for sure: where
+    that is largest, and as large as a corner makes it."""
+    from scipy.ndimage import maximum_filter1d
+
+    error, response = _corner(half)
+    power = np.sum(fit.excess**2, axis=0)
+    least = max(CORNER * std**2, (FUNDAMENTAL * bound * fit.reach) ** 2)
+    found = np.zeros((3, power.size + 2 * half))
+    for n in np.flatnonzero(good & (power > least) & (power == maximum_filter1d(power, half + 1))).tolist():
+        around = found[:, n : n + 2 * half + 1]
+        np.maximum(around, error * np.sqrt(power[n] / response), out=around)
+    return found[:, half : found.shape[1] - half]
+
+
+@cache
+def _corner(half: int) -> tuple[Array, float]:
+    """(3, 2 half + 1) errors of a fit about a corner where the slope changes by one, and the largest sum of
+    squares of its coefficients beyond the fit."""
+    x = np.arange(-3.0 * half, 3.0 * half + 1)
+    fit = local_fit(np.maximum(x, 0.0), 2 * half + 1, DEGREE)
+    error = np.abs(fit.value - np.array([np.maximum(x, 0.0), x > 0, np.zeros(x.size)]))
+    return error[:, 2 * half : 4 * half + 1], float(np.sum(fit.excess**2, axis=0).max())
+
+
 def _only_noise(fit: LocalFit, half: int, std: float, bound: float) -> NDArray[np.bool_]:
     """Where the coefficients beyond the fit look like noise, one by one and on average around."""
     square = fit.excess**2
-    limit = (PEAK * std + bound * fit.reach) ** 2
+    limit = max(PEAK * std, bound * fit.reach) ** 2
     single = square.max(axis=0) < limit
     np.minimum(square, 2 * limit, out=square)  # a huge one must not cost the running sum its digits
     pooled = _running_mean(square.mean(axis=0), POOL * half)
