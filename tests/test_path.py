@@ -14,6 +14,9 @@ import modelgen as mg
 from modelgen.diagnose import diagnose
 from modelgen.diagnose.gate import likeliest_path
 from modelgen.diagnose.verdict import Verdict
+from modelgen.fit.experiment import experiment
+from modelgen.fit.motion import turn_error
+from modelgen.fit.series import make_series
 from modelgen.recordings.kinematics import kinematics
 
 FINE = 100
@@ -75,6 +78,24 @@ def test_corners_between_the_samples_are_no_physics(tmp_path: Path) -> None:
     v = np.gradient(z, 1 / FINE)
     verdict = judged(tmp_path, z, z + friction(z, 8.0) + 0.2 * v, 0.0, 3e-3)
     assert verdict.adequate, verdict.summary
+
+
+def test_a_motion_that_comes_to_rest_may_have_gone_farther_and_back(tmp_path: Path) -> None:
+    """Ramps up with rests between: no turn is seen, and friction remembers one that noise hides."""
+    t = np.arange(400.0)
+    z = np.interp(t, [0, 50, 70, 180, 200, 400], [0, 0, 1, 1, 2, 2])
+    noise = np.random.default_rng(2).standard_normal((2, 400))
+    table = np.column_stack([t, z + 1e-3 * noise[0], z + 1e-3 * noise[1]])
+    np.savetxt(tmp_path / "a.csv", table, delimiter=",", header="t [s],z [mm],F_m [N]", comments="")
+    (tmp_path / "case.toml").write_text(
+        'model = "modified_dahl"\n[noise]\nF_m = 1e-3\nz = 1e-3\n[[recording]]\nfile = "a.csv"\n'
+    )
+    case, dahl = mg.read_case(tmp_path / "case.toml"), mg.models.modified_dahl
+    ex = experiment(dahl, case, [make_series(dahl, case, case.fit[0])])
+    theta = np.array([{"h_D": 1.0, "rho": 8.0, "b": 1.0}.get(n, 0.0) for n in ex.layout.names])
+    found = turn_error(ex, case, case.fit[0], theta, 0)
+    assert {int(n) // 10 for n in found.at} >= {7, 20}
+    assert np.abs(found.effect[:, found.at > 60]).max() > 5  # of the noise of the force
 
 
 def test_a_speed_that_is_in_error_is_no_other_law(tmp_path: Path) -> None:

@@ -10,11 +10,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from modelgen.fit.colour import beside
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.series import Array, Series, input_noise
 from modelgen.recordings import Case, Recording
+from modelgen.recordings.kinematics import Kinematics
+from modelgen.recordings.turns import SURE
 
 ENDS = 4.0
 """How much worse a smoothed motion is near the ends of a record than its own estimate says."""
@@ -90,6 +93,12 @@ MOST = 300
 """Turns that count at most, those with the largest effects: the cost goes with their square."""
 
 
+HIDDEN = 2.0
+"""Noise of the displacement by which a path may go too far, and back, before a rest, unseen."""
+REST = 3
+"""Samples that make a rest."""
+
+
 @dataclass(frozen=True, eq=False)
 class TurnError:
     """What errors of the turns of a path do to the whitened output of a recording: a hysteresis remembers.
@@ -114,9 +123,12 @@ def turn_error(ex: Experiment, case: Case, recording: Recording, theta: Array, k
         sigma = input_noise(model, case, recording)[moved]
         found = kinematics(recording.inputs[model.axis], recording.inputs[moved], sigma)
         base, weight = _output(ex, theta, k, s)[0], s.whitener.weight[0]
-        unsure = found.reversals[found.sigma_turn[found.reversals] > 0]
+        stops = _stops(found)
+        sizes = found.sigma_turn.copy()
+        sizes[stops] = HIDDEN * found.sigma_z
+        unsure = np.union1d(found.reversals[found.sigma_turn[found.reversals] > 0], stops)
         for n in unsure[:: 1 + len(unsure) // (4 * MOST)].tolist():
-            turns, std = s.inputs[turning.name].copy(), float(found.sigma_turn[n])
+            turns, std = s.inputs[turning.name].copy(), float(sizes[n])
             turns[n] += std
             there = replace(s, inputs={**s.inputs, turning.name: turns})
             effect = weight * (_output(ex, theta, k, there)[0] - base)
@@ -126,6 +138,22 @@ def turn_error(ex: Experiment, case: Case, recording: Recording, theta: Array, k
     effects, at, std_of = zip(*seen, strict=True) if seen else ((), (), ())
     columns = np.stack(effects, axis=1) if seen else np.zeros((s.n, 0))
     return TurnError(columns, np.array(at, dtype=int), np.array(std_of))
+
+
+def _stops(found: Kinematics) -> NDArray[np.intp]:
+    """Steps at which a motion has come to rest, between ways that are sure, without a turn that is seen."""
+    stops: list[int] = []
+    if found.sigma_z == 0:
+        return np.array(stops, dtype=np.intp)
+    moves = np.flatnonzero(np.abs(found.v) > SURE * found.sigma_v)
+    ends = np.append(moves[1:], len(found.v))[: len(moves)]
+    long = ends - moves > REST
+    for begin, end in zip(moves[long].tolist(), ends[long].tolist(), strict=True):
+        rest = found.z[begin + 1 : end]
+        if not np.any((found.reversals > begin) & (found.reversals <= end)):
+            arrived = begin + 1 + int(np.argmax(np.abs(rest - np.median(rest)) < found.sigma_z))
+            stops.append(min(arrived + 1, end - 1))
+    return np.array(stops, dtype=np.intp)
 
 
 def errors_in_motion(ex: Experiment, case: Case, recording: Recording, theta: Array, k: int) -> Series:

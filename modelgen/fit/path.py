@@ -83,7 +83,7 @@ def _moved(
     if "turning" in motion:
         x = s.inputs[moved]
         turned[s.inputs[motion["turning"]] != np.concatenate([x[:1], x[:-1]])] = 0.0
-        turned[turns.at] = turns.std * tips[turns.at]
+        turned[turns.at] += turns.std * tips[turns.at]
     change = {"rate": v, "acceleration": a, "previous": before, "turning": turned}
     return {
         n: x + (z if n == moved else change[d[0]] if d and d[1] == moved and d[0] in change else 0.0)
