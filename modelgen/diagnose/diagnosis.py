@@ -30,7 +30,7 @@ from modelgen.diagnose.search.search import search, white_judge
 from modelgen.diagnose.verdict import Verdict
 from modelgen.effects import Effect
 from modelgen.fit.experiment import Experiment, experiment
-from modelgen.fit.motion import allowing, motion_error
+from modelgen.fit.motion import MotionError, allowing, motion_error
 from modelgen.fit.scatter import local_scatter, rounding, stands
 from modelgen.fit.series import Array, Series, make_series, sizes_of
 from modelgen.language import Model, previous
@@ -132,7 +132,7 @@ def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> 
     if model.is_time_model:
         e = fit.hypothesis.experiment
         errors = [motion_error(e, case, r, fit.theta, k) for k, r in enumerate(case.fit)]
-        series = tuple(map(allowing, _levelled(series, fit), errors))
+        series = tuple(map(allowing, _levelled(series, fit, errors), errors))
     ex = replace(fit.hypothesis.experiment, series=series)
     white = [s.whitener.apply(ex.raw(fit.theta, k)) for k, s in enumerate(series)]
     marks = tuple(seen) or _marks(judge, fit, ex)
@@ -204,16 +204,21 @@ def _referred(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
     return tuple(found)
 
 
-def _levelled(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
-    """Where noise is not stated, its level is the scatter of the base's residual between neighbours, and no
-    less than the rounding of what was recorded in a few samples, or in steps that last."""
+def _levelled(
+    series: Sequence[Series], fit: Fit, errors: Sequence[MotionError | None] = ()
+) -> tuple[Series, ...]:
+    """Where noise is not stated, its level is the scatter of the base's residual between neighbours, where
+    `errors` of a motion make little of it, and no less than the rounding of what was recorded in a few
+    samples, or in steps that last."""
     levelled = []
     over_time = fit.hypothesis.experiment.model.is_time_model
-    for s, e in zip(series, fit.white, strict=True):
+    for k, (s, e) in enumerate(zip(series, fit.white, strict=True)):
         if s.stated or e.shape[1] < 8:
             levelled.append(s)
             continue
-        scatter = float(np.median([local_scatter(x) for x in e]))
+        error = errors[k] if errors else None
+        more = [None] * len(e) if error is None else list(s.whitener.weight * np.sqrt(error.variance))
+        scatter = float(np.median([local_scatter(x, beside=m) for x, m in zip(e, more, strict=True)]))
         if s.measure == "real" and (not over_time or all(map(stands, s.data))):
             own = [rounding(y) * float(np.median(w)) for y, w in zip(s.data, s.whitener.weight, strict=True)]
             scatter = max(scatter, float(np.median(own)))

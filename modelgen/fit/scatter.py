@@ -10,11 +10,17 @@ import numpy as np
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
-def local_scatter(x: Array, order: int = 4) -> float:
+QUIET = 0.25
+"""Share of the differences, those that hold the least of other errors, that are enough to tell a scatter."""
+
+
+def local_scatter(x: Array, order: int = 4, beside: Array | None = None) -> float:
     """Standard deviation of the independent part of a record x (n,), real or complex (then of each part).
 
     Differences of order `order` remove what is smooth; their median is blind to a few outliers. A smooth
     record without noise gives its rounding. Never zero: a constant record gives 1e-12 of its size.
+    beside: (n,) standard deviations of other errors: differences that hold more of them than of the scatter
+    say nothing of it.
     """
     x = np.asarray(x)
     floor = 1e-12 * (float(np.max(np.abs(x))) or 1.0)
@@ -22,8 +28,13 @@ def local_scatter(x: Array, order: int = 4) -> float:
     if order < 1:
         return max(floor, 1e-2 * float(np.max(np.abs(x))))
     d = np.diff(x, order)
-    parts = np.concatenate([d.real, d.imag]) if np.iscomplexobj(d) else d
     gain = np.sqrt(sum(comb(order, k) ** 2 for k in range(order + 1)))
+    if beside is not None and np.any(beside > 0):
+        other = np.lib.stride_tricks.sliding_window_view(beside, order + 1).max(axis=1)
+        first = other <= np.quantile(other, QUIET)
+        level = float(np.median(np.abs(d[first]))) / 0.6745 / gain
+        d = d[first | (other < level)]
+    parts = np.concatenate([d.real, d.imag]) if np.iscomplexobj(d) else d
     mad = float(np.median(np.abs(parts))) / 0.6745 / gain
     rms = float(np.sqrt(np.mean(parts**2))) / gain
     return max(floor, mad if mad > 0 else rms)

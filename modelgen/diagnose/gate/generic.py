@@ -17,12 +17,12 @@ from modelgen.diagnose.gate.functions import groups, scaled, scaled_speed
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import line
 from modelgen.diagnose.gate.ports import felt_terms
-from modelgen.diagnose.hypotheses.evidence import effective, settled
+from modelgen.diagnose.hypotheses.evidence import Level, effective, profiled, settled
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import COLOUR_SWEEP, COLOUR_TIME
 from modelgen.diagnose.search.screen import Tangent
 from modelgen.fit.colour import coloured
-from modelgen.fit.whitener import Array, Whitener
+from modelgen.fit.whitener import Array
 from modelgen.language import Model
 
 
@@ -39,9 +39,11 @@ def leftover(model: Model, judge: Judge, fit: Fit, sensitivities: Mapping[str, A
     return max(found, key=lambda x: x.gain, default=Leftover(0.0, 0.0, "", ""))
 
 
-def _gain(tangent: Tangent, columns: Array, n: int, price: float = 0.0) -> tuple[float, float, Array]:
+def _gain(
+    tangent: Tangent, columns: Array, n: int, price: float = 0.0, own: Array | None = None
+) -> tuple[float, float, Array]:
     """(ΔBIC, χ², residual then) of free amounts of `columns` (N, k) beside the fit, its level profiled;
-    `price` for looking."""
+    `price` for looking; own: (N,) the noise's share in the variances, None where it is all."""
     rest = tangent.off(columns)
     size = np.linalg.norm(rest, axis=0)
     keep = size > 1e-6 * np.linalg.norm(columns, axis=0)
@@ -53,8 +55,8 @@ def _gain(tangent: Tangent, columns: Array, n: int, price: float = 0.0) -> tuple
     part = (vectors.T @ (unit.T @ tangent.r))[good]
     explained = float(np.sum(part**2 / values[good]))
     left = tangent.r - unit @ (vectors[:, good] @ (part / values[good]))
-    share = settled(left) / max(settled(tangent.r), 1e-300)
-    return -n * float(np.log(max(share, 1e-12))) - int(good.sum()) * float(np.log(n)) - price, explained, left
+    gain = profiled(settled(tangent.r), own) - profiled(settled(left), own)
+    return gain - int(good.sum()) * float(np.log(n)) - price, explained, left
 
 
 # -- frequency
@@ -93,7 +95,7 @@ def _in_frequency(
             price = 2.0 * count * np.log(len(places))
             gain, chi2, left = _gain(tangent, columns[:, chosen], n, price)
             if gain > max(best.gain, CHECKED):  # coloured noise has peaks, too
-                own = _own_colours(judge.whiteners, fit.white, left, COLOUR_SWEEP)
+                own = _own_colours(judge, fit.white, left, COLOUR_SWEEP)
                 gain = min(gain, own - len(chosen) * float(np.log(n)) - price)
             if gain > best.gain:
                 at = tuple(places[c // 2] for c in chosen[::2])
@@ -148,7 +150,7 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
     if not moved:
         found[0] = replace(found[0], port=found[0].port if found[0].says else "")
         for at, group, words, felt in felt_terms(fit, plain):
-            best = _best_of(tangent, felt, plain.whiteners, fit.white, at.name, words, group)
+            best = _best_of(tangent, felt, plain, fit.white, at.name, words, group)
             found.append(replace(best, terms=(group, 0)))
     for says, port, make in groups() if moved else ():
         blocks = []
@@ -157,17 +159,7 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
             z, v = scaled(s.inputs[moved]), scaled_speed(s.inputs[names["rate"]])
             columns = np.stack(list(make(z, v, s.inputs[model.axis], scaled(force))))
             blocks.append(plain.whiteners[k].apply(columns[None])[0].T)
-        found.append(
-            _best_of(
-                tangent,
-                np.concatenate(blocks),
-                plain.whiteners,
-                fit.white,
-                port,
-                says,
-                make.__name__,
-            )
-        )
+        found.append(_best_of(tangent, np.concatenate(blocks), plain, fit.white, port, says, make.__name__))
     return found
 
 
@@ -179,7 +171,7 @@ looking."""
 def _best_of(
     tangent: Tangent,
     columns: Array,
-    whiteners: Sequence[Whitener],
+    judge: Judge,
     white: Sequence[Array],
     port: str,
     says: str,
@@ -190,11 +182,12 @@ def _best_of(
     size, n, few = columns.shape[1], effective(white), TOGETHER.get(group, 0)
     sets = [list(range(size))] if not few else [list(range(k, k + few)) for k in range(0, size, few)]
     price = 2 * float(np.log(len(sets)))
-    tried = [(*_gain(tangent, columns[:, c], n, price), len(c)) for c in sets]
+    own = _own(judge.prior, white)
+    tried = [(*_gain(tangent, columns[:, c], n, price, own), len(c)) for c in sets]
     best = max(range(len(tried)), key=lambda k: tried[k][0])
     gain, chi2, rest, count = tried[best]
     if gain > CHECKED:
-        gain = min(gain, _own_colours(whiteners, white, rest, COLOUR_TIME) - count * float(np.log(n)) - price)
+        gain = min(gain, _own_colours(judge, white, rest, COLOUR_TIME) - count * float(np.log(n)) - price)
     return Leftover(float(gain), chi2, port, says, (group, best))
 
 
@@ -202,19 +195,26 @@ CHECKED = 10.0
 """ΔBIC from which a gain is checked with colours of their own."""
 
 
-def _own_colours(whiteners: Sequence[Whitener], white: Sequence[Array], rest: Array, order: int) -> float:
+def _own(prior: Sequence[Level], white: Sequence[Array]) -> Array | None:
+    """(N,) the noise's share in the variances of all residuals; None where it is all."""
+    if all(p.own is None for p in prior):
+        return None
+    shares = [np.ones(e.shape) if p.own is None else p.own + 0 * e for p, e in zip(prior, white, strict=True)]
+    return np.concatenate([x.ravel() for x in shares])
+
+
+def _own_colours(judge: Judge, white: Sequence[Array], rest: Array, order: int) -> float:
     """2 Δ ln L of a residual `white` against what is left of it (`rest`, joined), each with a colour of its
     own, up to `order`."""
     total, at = 0.0, 0
-    for w, x in zip(whiteners, white, strict=True):
+    for w, p, x in zip(judge.whiteners, judge.prior, white, strict=True):
         y = rest[at : at + x.size].reshape(x.shape)
         at += x.size
         parts = []
         for z in (x, y):
             own = coloured([replace(w, ar=None)], [z], order, slow=order == COLOUR_TIME)[0]
-            used = own.colour(z)[z != 0]
-            parts.append(
-                used.size * float(np.log(np.mean(used**2))) + own.order * float(np.log(max(used.size, 2)))
-            )
+            square = own.colour(z) ** 2 * (z != 0)
+            price = own.order * float(np.log(max(int(np.count_nonzero(z)), 2)))
+            parts.append(profiled(square, p.own) + price)
         total += parts[0] - parts[1]
     return total

@@ -50,7 +50,7 @@ def kept_along_path(setting: Setting, outcome: Outcome) -> tuple[Setting, Outcom
         if series is None:
             return None
         less = replace(setting, series=series)
-        judge = Judge(white_judge(series).whiteners, outcome.judge.prior)
+        judge = white_judge(series)
         base = judge.fit(on(base.hypothesis, series), [base.theta])
         if len(outcome.best.ids) == 1 and _sure(judge, base, outcome.best, series):
             return None

@@ -21,9 +21,14 @@ ten times the noise."""
 
 @dataclass(frozen=True)
 class Level:
-    """Prior on the noise of one recording: `count` samples' worth of a variance 1 (in whitened units)."""
+    """Prior on the noise of one recording: `count` samples' worth of a variance 1 (in whitened units).
+
+    own: (n,) share of the noise itself in the variance of each sample, or None where it is all: the rest is
+    what errors of a recorded motion make of it.
+    """
 
     count: float
+    own: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -37,9 +42,16 @@ class Smooth:
 
 
 def levels(series: Sequence[Series]) -> tuple[Level, ...]:
-    return tuple(Level(TRUST_STATED if s.stated else TRUST_ESTIMATED) for s in series)
+    return tuple(Level(TRUST_STATED if s.stated else TRUST_ESTIMATED, _own(s)) for s in series)
 
 
+def _own(s: Series) -> Array | None:
+    """What `Level` says of a series: only errors of a motion are smeared."""
+    return None if s.whitener.share is None or s.whitener.smear is None else s.whitener.share**2
+
+
+TINY = 1e-300
+"""Sum of squares of nothing: its logarithm is finite."""
 RUNAWAY = 1e100
 """A simulation that is so many standard deviations off has run away; its square would overflow."""
 
@@ -53,24 +65,39 @@ def deviance(white: Sequence[Array], prior: Sequence[Level], robust: bool = Fals
     """
     total = 0.0
     for e, p in zip(white, prior, strict=True):
-        n = int(np.count_nonzero(e))
         if not np.max(np.abs(e), initial=0.0) < RUNAWAY:
             return float("inf")
-        square = settled(e) if robust else float(np.sum(e**2))
-        total += (n + p.count) * float(np.log((square + p.count) / (n + p.count)))
+        total += profiled(settled(e) if robust else e**2, p.own, p.count)
     return total
 
 
-def settled(e: Array) -> float:
-    """Σe² with no sample counted beyond LONE times the mean: a few that stand alone are no evidence for
+def profiled(square: Array, own: Array | None, count: float = 0.0) -> float:
+    """−2 ln of the likelihood of squares of residuals, 0 where they weigh nothing, at their likeliest level.
+
+    own: the noise's share in their variances, as in `Level`. What errors of a motion leave is no measure of
+    the noise: a level below 1 is that of the noise alone, one above 1 that of both. count: as in `Level`.
+    """
+    used = square != 0
+    n, chi2 = max(int(np.count_nonzero(used)), 1) + count, float(np.sum(square)) + count + TINY
+    if own is None:
+        return n * float(np.log(chi2 / n))
+    most = max(chi2 / n, 1.0)
+    share = own * used
+    size, part = float(np.sum(share)) + count + TINY, float(np.sum(share * square)) + count + TINY
+    least = min(part / size, 1.0)
+    above = n * float(np.log(most)) + chi2 / most
+    return float(min(above, size * np.log(least) + part / least - part + chi2) - n)
+
+
+def settled(e: Array) -> Array:
+    """e², none counted beyond LONE times the mean of all: a few samples that stand alone are no evidence for
     physics."""
-    square = np.asarray(e[e != 0] ** 2).ravel()
-    if not square.size:
-        return 0.0
-    mean = float(np.mean(square))
+    square = np.asarray(e**2)
+    used = square[square != 0]
+    mean = float(np.mean(used)) if used.size else 0.0
     for _ in range(20):
-        mean = float(np.mean(np.minimum(square, LONE * mean)))
-    return mean * square.size
+        mean = float(np.mean(np.minimum(used, LONE * mean))) if used.size else 0.0
+    return np.minimum(square, LONE * mean)
 
 
 def effective(white: Sequence[Array]) -> int:

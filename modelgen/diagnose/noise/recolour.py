@@ -120,7 +120,7 @@ def own_colour(s: Setting, judge: Judge, f: Fit) -> float:
         return bic(innovations, judge.prior, f.parameters, orders, robust=True) + 2 * size
     smooth, gain, _ = smooth_error(judge, f)
     n = effective(innovations)
-    level = settled(np.concatenate([e.ravel() for e in innovations])) / n
+    level = float(np.sum(settled(np.concatenate([e.ravel() for e in innovations])))) / n
     colour = n * float(np.log(level)) + (f.parameters + orders) * float(np.log(n)) + 2 * size
     return min(smooth - gain, colour - 2 * f.hypothesis.log_common)
 
