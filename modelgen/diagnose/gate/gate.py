@@ -17,7 +17,8 @@ from modelgen.diagnose.hypotheses.ranking import OUTSIDE
 from modelgen.diagnose.hypotheses.refit import Fit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting
 from modelgen.diagnose.noise.noise import FITS, first_order, modelled_output, standing_alone
-from modelgen.diagnose.noise.recolour import GROSS_ESTIMATED, beyond, own_colour
+from modelgen.diagnose.noise.recolour import CONTENDERS, GROSS_ESTIMATED, beyond, own_colour
+from modelgen.diagnose.search.claim import own_gain
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
 
@@ -79,7 +80,7 @@ def judge_adequacy(
     if setting.model.is_time_model and any(s.whitener.root is not None for s in setting.series):
         left = replace(left, gain=left.gain * min(1.0, after))  # what is allowed for a path tells no level
     if not setting.model.is_time_model and not best.hypothesis.added:
-        left = left if left.gain > outcome.base.bic - refused(outcome) else replace(left, gain=0.0)
+        left = left if left.gain > _refused(setting, outcome) else replace(left, gain=0.0)
     far = left.gain > LEFT or gross or outcome.judge.temper > 1.0
     floor = _floor(after, scatter, sum(e.size for e in plain), stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
@@ -194,8 +195,23 @@ def _imitated(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Ar
     if setting.model.is_time_model or outcome.judge.temper > 1.0 or not outcome.best.hypothesis.added:
         return None
     rival = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
-    gained = outcome.base.bic - outcome.best.bic
+    gained = _gained(setting, outcome, outcome.best)
     return rival if rival.gain > gained + LEFT and gained < BETTER * rival.gain else None
+
+
+def _gained(setting: Setting, outcome: Outcome, f: Fit) -> float:
+    """What a fit gains on the base, as a description of sweeps would: of tables, each with its own noise."""
+    if all(s.measure == "real" for s in setting.series):
+        return own_gain(setting, outcome.judge, outcome.base, f)
+    return outcome.base.bic - f.bic
+
+
+def _refused(setting: Setting, outcome: Outcome) -> float:
+    """What the best single effect gains on the base that the search would not claim."""
+    if any(s.measure != "real" for s in setting.series):
+        return outcome.base.bic - refused(outcome)
+    singles = sorted((f for f in outcome.tried if len(f.ids) == 1), key=lambda f: f.bic)[:CONTENDERS]
+    return max((_gained(setting, outcome, f) for f in singles), default=0.0)
 
 
 def _far_notes(

@@ -17,6 +17,7 @@ from modelgen.diagnose.gate.functions import groups, scaled, scaled_speed
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import line
 from modelgen.diagnose.gate.ports import felt_terms
+from modelgen.diagnose.gate.tables import together
 from modelgen.diagnose.hypotheses.evidence import Level, effective, profiled, settled
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import COLOUR_SWEEP, COLOUR_TIME
@@ -34,6 +35,8 @@ def leftover(model: Model, judge: Judge, fit: Fit, sensitivities: Mapping[str, A
     """
     if model.is_time_model:
         found = _in_time(model, judge, fit)
+    elif all(s.measure == "real" for s in fit.hypothesis.experiment.series):
+        found = [together(judge, fit)]
     else:
         found = _in_frequency(judge, fit, Tangent.of(*judge.tangent(fit)), sensitivities)
     return max(found, key=lambda x: x.gain, default=Leftover(0.0, 0.0, "", ""))
