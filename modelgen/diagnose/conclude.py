@@ -18,6 +18,7 @@ from modelgen.diagnose.account.words import blind_note, bound_note, holdout_note
 from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.likeliest_path import kept_along_path
+from modelgen.diagnose.gate.rather import rather_described
 from modelgen.diagnose.gate.unlisted import named_rather, with_rivals
 from modelgen.diagnose.gate.vague import told
 from modelgen.diagnose.hypotheses.averaged import averaged, parameters
@@ -95,7 +96,7 @@ def _decide(
     setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], oddity: Leftover | None
 ) -> Decision:
     """Gate the best hypothesis, then name what it holds, or model what nothing names."""
-    outcome = named_rather(with_rivals(setting, outcome))
+    outcome = named_rather(with_rivals(setting, rather_described(setting, outcome)))
     gate = judge_adequacy(setting, outcome, sensitivities, oddity)
     if outcome.best.ids or gate.unknown:
         setting, outcome, gate = _stands(setting, outcome, gate, sensitivities, oddity)

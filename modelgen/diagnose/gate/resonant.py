@@ -1,5 +1,5 @@
-"""What no catalogue holds, as effects that describe it: resonances of other places and orders, waves, and
-errors of the recording chain that resonate."""
+"""What no catalogue holds, as effects that describe it: resonances of other places and orders, waves, losses
+in a band, and errors of the recording chain that resonate or begin at a frequency."""
 
 from __future__ import annotations
 
@@ -19,25 +19,32 @@ RARE = 0.3
 MODES = 8
 """Members of a row of resonances."""
 ONE, MANY = "a resonance", "a row of resonances, at multiples of the first,"
+PEAK = "a loss in one band of frequencies"
 CHAIN = "an error of the recording chain that resonates,"
+STEP = "a gain of the recording chain that changes at one frequency, as where a range is switched,"
 CLOSED = "waves between ends that are alike, with resonances at multiples of the first,"
 OPEN = "waves between ends that are unlike, with resonances at odd multiples of the first,"
 """What is described. Waves on a line or in a pipe lose in proportion to frequency: −j cot kl, which is a
 spring or a capacitor at low frequency, or j tan kl (L. E. Kinsler et al., Fundamentals of
-Acoustics (2000), ch. 10).
+Acoustics (2000), ch. 10). A peak of loss is Fuoss' and Kirkwood's (J. Am. Chem. Soc. 63 (1941) 385):
+sech(Q ln u), which is Debye's for Q = 1.
 """
 ROWS = (MANY, CLOSED, OPEN)
+FACTORS = (CHAIN, STEP)
+QUALITY = {PEAK: (0.5, 40.0), STEP: (8.0, 40.0)}
+"""Ranges of Q beside those of resonances; a step that is not sharp is a smooth error of the instrument."""
 PARTS = {"a": "real", "b": "imaginary"}
 WAYS: dict[str, tuple[tuple[str, bool], ...]] = {
-    "electrical_impedance": tuple((what, False) for what in (ONE, *ROWS)),
-    "terminals": (*((what, True) for what in (ONE, *ROWS)), (CHAIN, False), (ONE, False)),
-    "mechanical_impedance": tuple((what, False) for what in ROWS),
+    "electrical_impedance": tuple((what, False) for what in (ONE, *ROWS, PEAK)),
+    "terminals": (*((what, True) for what in (ONE, *ROWS)), *((f, False) for f in FACTORS), (ONE, False)),
+    "mechanical_impedance": tuple((what, False) for what in (*ROWS, PEAK)),
     "stiffness": ((MANY, False), (MANY, True)),
 }
 """What is tried by the kind of port, and whether beside all that is there.
 
 One in series at the mechanical side is a second_mode, and any beside it is one in the electrical impedance.
-Crosstalk and filters of the recording chain are factors: 1 + (a + jb)/(1 + jQ(u − 1/u)).
+Crosstalk and filters of the recording chain are factors: 1 + (a + jb)/(1 + jQ(u − 1/u)); so is a gain that
+changes, by a + jb from where u^Q/(1 + u^Q) has risen.
 """
 
 
@@ -52,15 +59,21 @@ def row(u: Any, Q: Any, what: str, moving: bool, j: Any, exp: Any) -> Any:
         E = exp(-path * (j + 1 / (2 * Q)))
         total = (1 + E) / (1 - E) if what == CLOSED else (1 - E) / (1 + E)
         total *= np.pi / ((2 if what == CLOSED else 4) * Q)
+    elif what == STEP:
+        total = 1 / (1 + u**-Q)
+    elif what == PEAK:
+        total = 2 / (u**Q + u**-Q)
     else:
-        count = 1 if what in (ONE, CHAIN) else MODES
+        count = MODES if what == MANY else 1
         total = sum(1 / (1 + j * Q * (u / n - n / u)) for n in range(1, count + 1))
     return total * (j * u if moving else 1)
 
 
 def kind(a: Addition) -> tuple[str, bool]:
     """What is described, and whether of a stiffness."""
-    return next(x for x in (*ROWS, ONE, CHAIN) if a.effect.says.startswith(x)), a.port.kind == "stiffness"
+    return next(
+        x for x in (*ROWS, ONE, PEAK, *FACTORS) if a.effect.says.startswith(x)
+    ), a.port.kind == "stiffness"
 
 
 def places(model: Model) -> Iterator[tuple[Effect, Port]]:
@@ -82,33 +95,34 @@ def _resonance(port: Port, what: str, beside: bool) -> Effect:
     A stiffness gets an impedance that resonates: jω/ω_1 times that.
     """
 
-    lone = what in (ONE, CHAIN)
-    unit = "1" if what == CHAIN else "1/({port})" if beside else "{port}"
+    lone, factor = what not in ROWS, what in FACTORS
+    sharpness = QUALITY.get(what, (0.5, 500.0) if lone else (3.0, 100.0))
+    unit = "1" if factor else "1/({port})" if beside else "{port}"
     heights = [Strength("a", unit, text="height of a resonance")]
-    if what == CHAIN:
+    if factor:
         heights = [Strength(n, unit, bounds=ANY, text=f"height, {part} part") for n, part in PARTS.items()]
 
     def terms(at: Port, p: Any) -> Any:
-        height = p["a"] + j * p["b"] if what == CHAIN else p["a"]
+        height = p["a"] + j * p["b"] if factor else p["a"]
         return height * row(at["omega"] / p["omega_1"], p["Q"], what, at.kind == "stiffness", j, exp)
 
     def parallel(model: Model, at: Port, p: Any) -> Model:
         return model.extend(at.equation, lambda Z: Z / (1 + Z * terms(at, p)))
 
-    def factor(model: Model, at: Port, p: Any) -> Model:
+    def times(model: Model, at: Port, p: Any) -> Model:
         return model.extend(at.equation, lambda Z: Z * (1 + terms(at, p)))
 
-    where = "times" if what == CHAIN else "beside" if beside else "in series with"
+    where = "times" if factor else "beside" if beside else "in series with"
     return Effect(
         f"unknown_{port.name}",
         (port.kind,),
         f"{what} {where} all that the {port.name} port has",
         SOURCE,
         tuple(heights),
-        factor if what == CHAIN else parallel if beside else add(terms),
+        times if factor else parallel if beside else add(terms),
         (
             Shape("omega_1", "rad/s", "omega", 0.7 if lone else 0.2, 1.5, text="the first"),
-            Shape("Q", "1", "1", *((0.5, 500.0) if lone else (3.0, 100.0)), 4, text="quality factor"),
+            Shape("Q", "1", "1", *sharpness, 4, text="quality factor, or how sharp"),
         ),
         needs=("omega",),
         common=RARE if lone or what == MANY else RARE**2,

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modelgen.diagnose.gate.describe import SOURCE
-from modelgen.diagnose.gate.resonant import CHAIN, MANY, MODES, ONE, kind, places, row
+from modelgen.diagnose.gate.resonant import FACTORS, MANY, MODES, ONE, ROWS, kind, places, row
 from modelgen.diagnose.hypotheses.evidence import deviance
 from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import LONG, Fit, Judge
@@ -89,7 +89,8 @@ def _starts(h: Hypothesis, f: Fit, tangent: Tangent, whiteners: Sequence[Whitene
     the most visible resonance is one or another member."""
     a = h.added[0]
     low, high = a.ranges["omega_1"]
-    tried = BROAD if kind(a)[0] in (ONE, CHAIN) else QUALITIES
+    least, most = a.ranges["Q"]
+    tried = [Q for Q in (QUALITIES if kind(a)[0] in ROWS else BROAD) if least <= Q <= most]
     grids = [(np.exp(np.arange(np.log(low), np.log(high), STEP / Q)), Q) for Q in tried]
     if any(s.measure != "complex" for s in h.experiment.series):
         points = [{f"{a.id}_omega_1": float(w), f"{a.id}_Q": Q} for first, Q in grids for w in first]
@@ -146,7 +147,7 @@ class _Seen:
         rest = self._beside(1.0, first, Q, what)
         size = np.sum(rest**2, axis=0) + 1e-300
         along = -(rest.T @ self.tangent.r)
-        if what != CHAIN:
+        if what not in FACTORS:
             step = np.maximum(along / size, 0.0)
             found = zip(step**2 * size, first, step, strict=True)
             return [(float(gain), float(w), Q, float(a)) for gain, w, a in found]
