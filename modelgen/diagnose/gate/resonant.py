@@ -37,7 +37,7 @@ PARTS = {"a": "real", "b": "imaginary"}
 WAYS: dict[str, tuple[tuple[str, bool], ...]] = {
     "electrical_impedance": tuple((what, False) for what in (ONE, *ROWS, PEAK)),
     "terminals": (*((what, True) for what in (ONE, *ROWS)), *((f, False) for f in FACTORS), (ONE, False)),
-    "mechanical_impedance": tuple((what, False) for what in (*ROWS, PEAK)),
+    "mechanical_impedance": tuple((what, False) for what in ROWS),
     "stiffness": ((MANY, False), (MANY, True)),
 }
 """What is tried by the kind of port, and whether beside all that is there.
