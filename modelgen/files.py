@@ -1,8 +1,9 @@
-"""Files are written whole or not at all."""
+"""Files are written whole or not at all; and where what is made once is kept."""
 
 from __future__ import annotations
 
 import os
+import tempfile
 from pathlib import Path
 
 from modelgen.errors import InputError, ToolError
@@ -36,3 +37,24 @@ def write_atomically(path: str | Path, content: str | bytes, *, parents: bool = 
             part.unlink(missing_ok=True)
     except OSError as why:
         raise ToolError(f"cannot write {path}: {why.strerror or why}") from why
+
+
+def cache_folder() -> Path:
+    """$MODELGEN_CACHE, or the user's cache folder, or a temporary one when that can't be written."""
+    chosen = os.environ.get("MODELGEN_CACHE")
+    base = (
+        Path(chosen)
+        if chosen
+        else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "modelgen"
+    )
+    try:
+        base.mkdir(parents=True, exist_ok=True)
+        if os.access(base, os.W_OK):
+            return base
+    except OSError:
+        pass
+    if chosen:
+        raise ToolError(f"cache folder '{base}' (MODELGEN_CACHE) can't be written")
+    fallback = Path(tempfile.gettempdir()) / f"modelgen-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"
+    fallback.mkdir(parents=True, exist_ok=True)
+    return fallback

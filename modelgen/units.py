@@ -9,6 +9,7 @@ from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
 from modelgen.errors import InputError
+from modelgen.files import cache_folder
 
 if TYPE_CHECKING:
     import pint
@@ -25,11 +26,9 @@ def registry() -> pint.UnitRegistry[Any]:
     Pint's cache holds paths of the Pint that made it: each has a folder of its own, as environments go.
     """
     import pint
-    import platformdirs
 
     own = sha256(str(pint.__file__).encode()).hexdigest()[:16]
-    folder = platformdirs.user_cache_path("modelgen") / f"pint-{own}"
-    ureg: pint.UnitRegistry[Any] = pint.UnitRegistry(cache_folder=folder)
+    ureg: pint.UnitRegistry[Any] = pint.UnitRegistry(cache_folder=cache_folder() / f"pint-{own}")
     ureg.define("kip = 1000 * pound_force")
     return ureg
 
@@ -44,9 +43,10 @@ def parse(unit: str) -> pint.Unit:
     for a, b in (("·", "*"), ("Ω", "ohm"), ("µ", "u"), ("°", "deg")):
         text = text.replace(a, b)
     small = re.sub(r"\b[A-Z][a-z]{2,}\b", lambda p: p[0].lower(), text)  # "Ohms", "Deg", but not "MOhm"
+    units = registry()
     for spelling in ("dimensionless" if text in ("", "1", "-") else text, small):
         try:
-            return registry().Unit(spelling)
+            return units.Unit(spelling)
         except Exception as why:  # Pint raises half a dozen kinds
             last = why
     raise InputError(f"unknown unit '{unit}'") from last

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from modelgen.codegen.compiler import FAST, QUICK, cache_folder, compile_library, find_compiler
+from modelgen.codegen.compiler import FAST, QUICK, compile_library, find_compiler
 from modelgen.codegen.emit import Kernel, Source, emit, templates_folder
 from modelgen.codegen.function import Function
 from modelgen.codegen.instant import Memory, available
@@ -23,7 +23,7 @@ from modelgen.codegen.real import Work
 from modelgen.codegen.tiers import AGAIN, WORTH, Code, Rise, Tiers
 from modelgen.codegen.unity import unite
 from modelgen.errors import ToolError
-from modelgen.files import write_atomically
+from modelgen.files import cache_folder, write_atomically
 from modelgen.language import Model
 
 ALL = ("values", "jacobian", "sumsq", "normal", "all")

@@ -16,6 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from modelgen.errors import ToolError
+from modelgen.files import cache_folder
 
 FAST = ("-O3", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast")
 """No -ffast-math: sums keep their order, NaN and infinity keep their meaning. FMA may round once instead of
@@ -82,27 +83,6 @@ def _machine() -> str:
             elif not line.strip():
                 break
     return hashlib.sha256(text.encode()).hexdigest()[:12]
-
-
-def cache_folder() -> Path:
-    """$MODELGEN_CACHE, or the user's cache folder, or a temporary one when that can't be written."""
-    chosen = os.environ.get("MODELGEN_CACHE")
-    base = (
-        Path(chosen)
-        if chosen
-        else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "modelgen"
-    )
-    try:
-        base.mkdir(parents=True, exist_ok=True)
-        if os.access(base, os.W_OK):
-            return base
-    except OSError:
-        pass
-    if chosen:
-        raise ToolError(f"cache folder '{base}' (MODELGEN_CACHE) can't be written")
-    fallback = Path(tempfile.gettempdir()) / f"modelgen-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"
-    fallback.mkdir(parents=True, exist_ok=True)
-    return fallback
 
 
 def library_key(files: dict[str, str], level: tuple[str, ...]) -> str:

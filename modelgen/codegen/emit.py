@@ -9,7 +9,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from modelgen.codegen.compiler import cache_folder
 from modelgen.codegen.ctext import c_name, comment
 from modelgen.codegen.fused import normal, sumsq
 from modelgen.codegen.kernels import Region, Stages
@@ -29,6 +28,7 @@ from modelgen.codegen.loops import (
 )  # fmt: skip
 from modelgen.codegen.program import Program, Root
 from modelgen.codegen.scan import TILE, over_time
+from modelgen.files import cache_folder
 
 
 @dataclass(frozen=True)

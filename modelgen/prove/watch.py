@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import modelgen
-from modelgen.codegen.compiler import cache_folder
+from modelgen.files import cache_folder
 
 SYSTEM = ("/usr", "/lib", "/etc", "/proc", "/sys", "/dev")
 

@@ -1,0 +1,52 @@
+"""Units at the border: a cache that other environments have written to, and spellings as people use them."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from modelgen.errors import InputError
+from modelgen.units import factor, parse, tidy
+
+
+def _told(home: Path, code: str) -> str:
+    """What `code` prints in a process of its own, with its caches in `home`."""
+    env = {**os.environ, "HOME": str(home), "XDG_CACHE_HOME": str(home / "cache")}
+    env.pop("MODELGEN_CACHE", None)
+    made = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True)
+    return made.stdout.strip()
+
+
+def test_a_cache_of_units_that_another_environment_has_written_is_not_read(tmp_path: Path) -> None:
+    """Pint's cache names the files that it was read from; that environment may be gone by now."""
+    folder = "from modelgen.units import registry; print(registry()._diskcache.cache_folder)"
+    here = Path(_told(tmp_path, folder))
+    assert here.is_relative_to(tmp_path) and here.is_dir()
+    elsewhere = "import pint; pint.__file__ = '/elsewhere/pint/__init__.py'; "
+    assert Path(_told(tmp_path, elsewhere + folder)) != here
+
+
+def test_units_are_known_where_nothing_can_be_kept() -> None:
+    code = "from modelgen.units import factor; print(factor('kN', 'N'))"
+    assert float(_told(Path("/proc/self/nowhere"), code)) == 1000
+
+
+@pytest.mark.parametrize(
+    ("found", "wanted", "times"), [("kN/mm", "N/m", 1e6), ("Ohms", "ohm", 1.0), ("°", "rad", 0.0174532925)]
+)
+def test_units_are_read_as_people_write_them(found: str, wanted: str, times: float) -> None:
+    assert factor(found, wanted) == pytest.approx(times)
+
+
+def test_what_is_tidied_reads_back() -> None:
+    for unit in ("(N)/((mm))**3", "N·s/mm", "m²/N", "1", "ohm*s**0.5"):
+        assert parse(tidy(unit)) == parse(unit)
+
+
+def test_an_unknown_unit_is_said_to_be_one() -> None:
+    with pytest.raises(InputError, match="unknown unit 'furlongs per'"):
+        parse("furlongs per")
