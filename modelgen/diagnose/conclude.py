@@ -15,6 +15,7 @@ from modelgen.diagnose.account.holdout import look_at_holdout
 from modelgen.diagnose.account.locate import locate
 from modelgen.diagnose.account.show import port_curve, port_sensitivities, traces
 from modelgen.diagnose.account.words import blind_note, bound_note, holdout_note, spare_values, summary
+from modelgen.diagnose.gate.exact import exact, nothing_left
 from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.likeliest_path import kept_along_path
@@ -96,6 +97,8 @@ def _decide(
     setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], oddity: Leftover | None
 ) -> Decision:
     """Gate the best hypothesis, then name what it holds, or model what nothing names."""
+    if exact(outcome.base):
+        return Decision(setting, outcome, nothing_left(outcome), outcome.base)
     outcome = named_rather(with_rivals(setting, rather_described(setting, outcome)))
     gate = judge_adequacy(setting, outcome, sensitivities, oddity)
     if outcome.best.ids or gate.unknown:

@@ -11,6 +11,7 @@ import numpy as np
 
 from modelgen.diagnose.base import fit_base
 from modelgen.diagnose.conclude import conclude
+from modelgen.diagnose.gate.exact import exact
 from modelgen.diagnose.gate.hum import hum
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.mirrored import mirrored, opposed
@@ -257,6 +258,8 @@ def _searched(
 ) -> tuple[Ground, Setting, Outcome]:
     """The search; and once more, where what it found lays outliers open that the base's misfit had hidden."""
     setting = set_up(model, case, ground, catalogue)
+    if exact(ground.base):
+        return ground, setting, Outcome(ground.judge, ground.base, ground.base, (), ())
     outcome = search(setting, ground.base, ground.judge, progress)
     few = not model.is_time_model  # of the samples over time a few more or less say little
     seen = laid_open(outcome.base, outcome.best, ground.bare, ground.marks) if few else None
