@@ -9,6 +9,9 @@ from modelgen.api import read_case
 from modelgen.codegen import build
 from modelgen.codegen.inputs import complete_inputs
 from modelgen.diagnose import Verdict, diagnose
+from modelgen.diagnose.gate.exact import recorded_exactly
+from modelgen.fit.series import Series
+from modelgen.fit.whitener import Whitener
 from modelgen.models import load
 
 DIGITS = ("%.18e", "%.10g", "%.7g", "%.6g")
@@ -31,6 +34,14 @@ def _coil(folder: Path, digits: str, f: np.ndarray, eddy: float = 0.0) -> Verdic
 def test_an_exact_sweep_lacks_nothing(tmp_path: Path, digits: str, n: int, top: float) -> None:
     v = _coil(tmp_path, digits, np.geomspace(10, top, n))
     assert v.adequate and any("no noise" in note for note in v.notes)
+
+
+def test_each_output_is_exact_by_itself() -> None:
+    """Degrees beside N/m: the larger numbers say nothing of the smaller."""
+    data = np.stack([np.linspace(0, 1e6, 50), np.linspace(0, 1, 50)])
+    s = Series("a", "fit", {}, data, "real", (0, 1), "", Whitener(np.ones((2, 50))))
+    assert recorded_exactly(s, 1e-6 * np.ptp(data, axis=1, keepdims=True) * np.ones((2, 50)))
+    assert not recorded_exactly(s, np.stack([np.zeros(50), np.full(50, 1e-3)]))
 
 
 def test_what_an_exact_sweep_lacks_is_found(tmp_path: Path) -> None:

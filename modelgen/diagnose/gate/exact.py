@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from modelgen.diagnose.gate.gate import Gate
+from modelgen.diagnose.gate.gate import Gate, mean_square
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE
 from modelgen.diagnose.hypotheses.refit import Fit, plain_white
 from modelgen.diagnose.hypotheses.setting import Outcome
+from modelgen.fit.series import Array, Series
 
 EXACT = 1e-5
 """Residuals, relative to an impedance or to the range of another output, below which there is no physics in
@@ -19,18 +20,19 @@ def exact(base: Fit) -> bool:
     """Whether the base leaves no more than arithmetic and rounding do, which have steps and rows of their own
     that a search would explain."""
     e = base.hypothesis.experiment
-    for k, s in enumerate(e.series):
-        left = e.raw(base.theta, k)
-        whole = np.ptp(s.data, axis=1, keepdims=True) if s.measure == "real" else s.size
-        if np.mean(left**2) * len(left) > EXACT**2 * np.mean(whole**2):
-            return False
-    return True
+    return all(recorded_exactly(s, e.raw(base.theta, k)) for k, s in enumerate(e.series))
+
+
+def recorded_exactly(s: Series, left: Array) -> bool:
+    """That of one recording with residuals `left` (channels, n): each output by itself, as units differ."""
+    whole = np.ptp(s.data, axis=1, keepdims=True) if s.measure == "real" else s.size
+    share = left / np.maximum(whole, 1e-300)
+    return bool(np.all(np.mean(share**2, axis=1) < EXACT**2))
 
 
 def nothing_left(outcome: Outcome) -> Gate:
     """The gate on that: nothing is missing."""
-    count = sum(e.size for e in plain_white(outcome.base))
-    floor = max(sum(float(np.sum(e**2)) for e in plain_white(outcome.base)) / count, 1e-300)
+    floor = max(mean_square(plain_white(outcome.base)), 1e-300)
     words = "next to nothing, as of simulated recordings that hold no noise"
     return Gate(False, Leftover(0.0, 0.0, "", ""), 1 - OUTSIDE, floor, float(np.sqrt(floor)), words, (NOTE,))
 

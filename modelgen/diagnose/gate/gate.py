@@ -68,7 +68,7 @@ def judge_adequacy(
     """Gate on the residual of the best hypothesis, and on what the outliers have in common (`oddity`)."""
     best = outcome.best
     plain = plain_white(best)
-    after, before = _mean_square(plain), _mean_square(plain_white(outcome.base))
+    after, before = mean_square(plain), mean_square(plain_white(outcome.base))
     many = plain[0].shape[1] >= 8
     scatter = float(np.mean([local_scatter(x) ** 2 for e in plain for x in e])) if many else 1.0
     stated = all(s.stated for s in setting.series)
@@ -80,7 +80,7 @@ def judge_adequacy(
     if setting.model.is_time_model and any(s.whitener.root is not None for s in setting.series):
         left = replace(left, gain=left.gain * min(1.0, after))  # what is allowed for a path tells no level
     if not setting.model.is_time_model and not best.hypothesis.added:
-        left = left if left.gain > _refused(setting, outcome) else replace(left, gain=0.0)
+        left = left if left.gain > _gained_by_refused(setting, outcome) else replace(left, gain=0.0)
     far = left.gain > LEFT or gross or outcome.judge.temper > 1.0
     floor = _floor(after, scatter, sum(e.size for e in plain), stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
@@ -108,7 +108,7 @@ def judge_adequacy(
     words = _noise_words(setting, outcome, after, stated)
     fit = rival[0] if rival is not None and other is None else None
     if fit is not None:  # what the description leaves, and not what it explains, is noise
-        rest = _mean_square(plain_white(fit))
+        rest = mean_square(plain_white(fit))
         floor = min(floor, _floor(rest, scatter, sum(e.size for e in plain), stated, False))
     tied = None
     if rival is not None and fit is not None and best.hypothesis.added:
@@ -187,7 +187,7 @@ def _wholly_described(
     terms = described(setting, outcome, whole)
     if terms is None or best.bic - terms.bic < LEFT:
         return None
-    return whole if _mean_square(plain_white(terms)) < CREDIBLE**2 * floor else None
+    return whole if mean_square(plain_white(terms)) < CREDIBLE**2 * floor else None
 
 
 def _imitated(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array]) -> Leftover | None:
@@ -206,7 +206,7 @@ def _gained(setting: Setting, outcome: Outcome, f: Fit) -> float:
     return outcome.base.bic - f.bic
 
 
-def _refused(setting: Setting, outcome: Outcome) -> float:
+def _gained_by_refused(setting: Setting, outcome: Outcome) -> float:
     """What the best single effect gains on the base that the search would not claim."""
     if any(s.measure != "real" for s in setting.series):
         return outcome.base.bic - refused(outcome)
@@ -262,7 +262,7 @@ def _floor(after: float, scatter: float, count: int, stated: bool, far: bool) ->
     return 1.0 if stated and (count < 60 or 1 / CREDIBLE**2 < after < CREDIBLE**2) else after
 
 
-def _mean_square(white: list[Array]) -> float:
+def mean_square(white: list[Array]) -> float:
     used = np.concatenate([e.ravel() for e in white])
     used = used[used != 0]
     return float(np.mean(used**2)) if used.size else 1.0
