@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from modelgen.codegen.compiler import FAST, QUICK, compile_library, find_compiler
+from modelgen.codegen.compiler import FAST, QUICK, WIDE, compile_library, find_compiler
 from modelgen.codegen.emit import Kernel, Source, emit, templates_folder
 from modelgen.codegen.function import Function
 from modelgen.codegen.instant import Memory, available
@@ -94,7 +94,7 @@ def build_many(
     as libraries, which round alike; else a few libraries in all. `measures` limits the kernels to what is
     compared with data ("complex", "modulus", "phase", "real").
     """
-    level = QUICK if quick else FAST
+    level = (QUICK if any(m.is_time_model for m, _ in models) else WIDE) if quick else FAST
     keys = [_key(m, wrt, kernels, measures, level) for m, wrt in models]
     found = {k: _remembered(k) for k in set(keys)}
     missing = {k: mw for k, mw in zip(keys, models, strict=True) if found[k] is None}
@@ -105,20 +105,23 @@ def build_many(
                 found[k] = (source, library)
                 _remember(k, source, library)
     codes = {
-        k: _code(k, *kept, WORTH if k in missing else AGAIN) for k, kept in found.items() if kept is not None
+        k: _code(k, *kept, level, WORTH if k in missing else AGAIN)
+        for k, kept in found.items()
+        if kept is not None
     }
     return [
         _function(m, w, Tiers(partial(codes.__getitem__, k))) for k, (m, w) in zip(keys, models, strict=True)
     ]
 
 
-def _code(key: str, source: Source, library: Path | None, worth: float) -> Code:
-    """The library, or the code in memory that gives way to it once it is `worth` the compiler."""
+def _code(key: str, source: Source, library: Path | None, level: tuple[str, ...], worth: float) -> Code:
+    """The library, or the code in memory that gives way to one of this `level` once it is `worth` the
+    compiler."""
     if library is not None:
         return Code(source, library)
 
     def make() -> Code:
-        library = _compile([source], QUICK)
+        library = _compile([source], level)
         _remember(key, source, library)
         return Code(source, library)
 
@@ -151,7 +154,7 @@ def _built(
 
 
 def _compile(sources: list[Source], level: tuple[str, ...]) -> Path:
-    if level == QUICK:
+    if level != FAST:
         return compile_library(unite(sources), level)
     files = {f"{s.prefix}.{end}": text for s in sources for end, text in (("h", s.header), ("c", s.source))}
     return compile_library(files, level)
