@@ -9,11 +9,14 @@ from pathlib import Path
 from modelgen.errors import InputError, ToolError
 
 
-def write_atomically(path: str | Path, content: str | bytes, *, parents: bool = False) -> None:
+def write_atomically(
+    path: str | Path, content: str | bytes, *, parents: bool = False, lasting: bool = True
+) -> None:
     """Write text (as UTF-8) or bytes to a neighbouring file, then rename it: a reader sees the old file or
     the new one, whole.
 
     A file that holds just that is not touched. parents: make the folder if it is missing.
+    lasting: False for what can be made again: a machine that loses power may leave it empty.
     Raises InputError when `path` is a folder or its own folder is missing, ToolError when the system refuses.
     """
     path = Path(path)
@@ -31,7 +34,8 @@ def write_atomically(path: str | Path, content: str | bytes, *, parents: bool = 
             with open(part, "wb") as file:
                 file.write(data)
                 file.flush()
-                os.fsync(file.fileno())  # a full disk may say so only here
+                if lasting:
+                    os.fsync(file.fileno())  # a full disk may say so only here
             os.replace(part, path)
         finally:
             part.unlink(missing_ok=True)

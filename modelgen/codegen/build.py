@@ -209,7 +209,7 @@ def _remember(key: str, source: Source, library: Path | None) -> None:
         {"library": library.name, "header": "", "source": ""} if library else {"library": ""}
     )
     kept["kernels"] = [k | {"code": ""} for k in kept["kernels"]]
-    write_atomically(cache_folder() / f"{key}.json", json.dumps(kept), parents=True)
+    write_atomically(cache_folder() / f"{key}.json", json.dumps(kept), parents=True, lasting=False)
 
 
 def generate(model: Model, folder: Path) -> tuple[Path, Path]:
