@@ -20,11 +20,12 @@ from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.likeliest_path import kept_along_path
 from modelgen.diagnose.gate.rather import rather_described
-from modelgen.diagnose.gate.unlisted import named_rather, with_rivals
+from modelgen.diagnose.gate.unlisted import is_unlisted, named_rather, with_rivals
 from modelgen.diagnose.gate.vague import told
 from modelgen.diagnose.hypotheses.averaged import averaged, parameters
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.moderate import moderated
+from modelgen.diagnose.hypotheses.open_shapes import fairly_priced
 from modelgen.diagnose.hypotheses.ranking import Standing, as_ranked, close, standings, weights
 from modelgen.diagnose.hypotheses.refit import Fit, plain_white
 from modelgen.diagnose.hypotheses.setting import CLOSE, Outcome, Setting
@@ -106,6 +107,7 @@ def _decide(
     if gate.unknown:
         gate = modelled(setting, outcome, gate)
         return Decision(setting, outcome, gate, gate.fit or outcome.base)
+    outcome = fairly_priced(setting, outcome, exempt=is_unlisted)
     outcome, standing, vague = told(setting, outcome, standings(outcome))
     return Decision(setting, outcome, gate, moderated(outcome.judge, outcome.best), standing, vague)
 

@@ -61,6 +61,7 @@ shorted_turn = Effect(
     change(lambda Z, at, p: Z + j * at["omega"] * p["L_2"] / (1 + j * at["omega"] / p["omega_2"])),
     (Shape("omega_2", "rad/s", "omega", 0.3, 3.0, text="R_2/L_2, above which the resistance is left"),),
     needs=("omega",),
+    alike=("permeability_relaxation",),  # a part of it that follows late with one time
 )
 
 two_turns = Effect(

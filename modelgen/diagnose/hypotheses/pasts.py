@@ -24,20 +24,22 @@ def is_past(layout: Layout, pasts: Collection[str]) -> Array:
     return np.array([n.partition("[")[0] in pasts for n in layout.names], dtype=bool)
 
 
-def price(layout: Layout, theta: Array, told: Array, past: Array, others: Array, temper: float) -> float:
-    """−2 ln of the evidence that the numbers marked by `past` (p,) cost beside the `others`.
+def price(told: Array, marked: Array, others: Array, widths: Array, temper: float) -> float:
+    """−2 ln of the evidence that the `marked` (p,) of the numbers cost beside the `others`.
 
-    told: information JᵀJ (p, p) of whitened residuals, of which `temper` in a row count as one.
+    told: information JᵀJ (p, p) of whitened residuals, of which `temper` in a row count as one. widths: (p,)
+    standard deviations of what was thought possible.
     """
     size = np.sqrt(np.diag(told))
     told = told / np.outer(size, size).clip(min=1e-300)
-    beside = told[np.ix_(others, past)]
-    own = told[np.ix_(past, past)] - beside.T @ np.linalg.pinv(told[np.ix_(others, others)], RENAMED) @ beside
-    width = size[past] * _widths(layout, theta)[past]
-    return float(np.linalg.slogdet(np.eye(len(own)) + own * np.outer(width, width) / temper)[1])
+    beside = told[np.ix_(others, marked)]
+    rest = beside.T @ np.linalg.pinv(told[np.ix_(others, others)], RENAMED) @ beside
+    width = (size * widths)[marked]
+    own = (told[np.ix_(marked, marked)] - rest) * np.outer(width, width)
+    return float(np.linalg.slogdet(np.eye(len(own)) + own / temper)[1])
 
 
-def _widths(layout: Layout, theta: Array) -> Array:
+def widths_of(layout: Layout, theta: Array) -> Array:
     """Standard deviations of what was thought possible: evenly between bounds, else as much as the value."""
     spans = np.array([p.bounds[1] - p.bounds[0] for p in layout.parameters])
     return np.where(np.isfinite(spans), spans / np.sqrt(12.0), np.abs(theta))

@@ -10,7 +10,7 @@ import numpy as np
 from modelgen.diagnose.hypotheses.evidence import Level, Smooth, bic, effective
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, centre
 from modelgen.diagnose.hypotheses.own_units import in_own_units
-from modelgen.diagnose.hypotheses.pasts import is_past, price
+from modelgen.diagnose.hypotheses.pasts import is_past, price, widths_of
 from modelgen.errors import InputError
 from modelgen.fit import GaussNewton
 from modelgen.fit.experiment import Layout
@@ -153,7 +153,8 @@ class Judge:
         if not np.all(np.isfinite(told)):
             return 0, 0.0
         most = count * float(np.log(max(effective(white) / self.temper, 3.0)))
-        return count, min(most, price(layout, theta, told, past, moves & ~past, self.temper))
+        widths = widths_of(layout, theta)
+        return count, min(most, price(told, past, moves & ~past, widths, self.temper))
 
     def tangent(self, fit: Fit) -> tuple[Array, Array]:
         """Whitened residual and Jacobian over all recordings at the fit."""
