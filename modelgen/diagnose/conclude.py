@@ -107,8 +107,10 @@ def _decide(
     if gate.unknown:
         gate = modelled(setting, outcome, gate)
         return Decision(setting, outcome, gate, gate.fit or outcome.base)
-    outcome = fairly_priced(setting, outcome, exempt=is_unlisted)
     outcome, standing, vague = told(setting, outcome, standings(outcome))
+    if not vague:
+        outcome = fairly_priced(setting, outcome, exempt=is_unlisted)
+        standing = standings(outcome)
     return Decision(setting, outcome, gate, moderated(outcome.judge, outcome.best), standing, vague)
 
 
