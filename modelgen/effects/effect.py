@@ -197,11 +197,11 @@ def add_stiffness(what: Callable[[Port, Values], Any]) -> Apply:
     return add(lambda at, p: what(at, p) / (1 if at.kind == "stiffness" else j * at["omega"]))
 
 
-def at_start(model: Model, expr: Any) -> Any:
+def at_start(model: Model, expr: Any, known: Mapping[Any, Any] | None = None) -> Any:
     """An expression as it is at the first sample, in inputs and parameters alone: what `State.initial` may
-    hold."""
+    hold. known: symbols that have other values there than the model's statements give them."""
     statements = {s.name: s for s in model.statements}
-    known: dict[Any, Any] = {}
+    known = dict(known or {})
 
     def start(x: Any) -> Any:
         for symbol in x.free_symbols - known.keys():

@@ -5,13 +5,17 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.clearance import MOTION, inner, moved
-from modelgen.effects.effect import Effect, Strength, Values, at_start, change, unit_of
+from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, at_start, change, unit_of
 from modelgen.language import Equation, Model, Parameter, Port, State
 
 SERIES = (
     "a joint or the frame gives: a spring in series with the sample, which sees less motion than is recorded"
 )
 TEXTBOOK = "springs in series: e.g. J. P. Den Hartog, Mechanical Vibrations (1956), sec. 2.3"
+
+
+STEPS = 2
+"""Of Newton's method: one would do for a linear sample."""
 
 
 def _tried(model: Model, port: Port, motion: dict[str, Any], mark: str) -> tuple[Equation, ...]:
@@ -38,32 +42,72 @@ def _tried(model: Model, port: Port, motion: dict[str, Any], mark: str) -> tuple
 
 
 def _joint(model: Model, port: Port, p: Values) -> Model:
-    """The sample sees z − d with d = c F(z − d). Each step takes F as linear in d, by F at the last d and
-    beside it."""
+    return _behind(model, port, p["c"], 0)
+
+
+def _damped_joint(model: Model, port: Port, p: Values) -> Model:
+    return _behind(model, port, p["c_k"], p["tau"])
+
+
+def _behind(model: Model, port: Port, c: Any, tau: Any) -> Model:
+    """The sample sees z − d with d + τ d' = c F(z − d). Each step solves this by Newton's method, from where
+    the joint goes if it goes on as before: friction bends much within a step."""
     z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
     unit, dt = unit_of(model, port["z"]), port["t"] - port["t_prev"]
     beside = Parameter("contact_compliance_step", unit, 1e-6, (1e-12, 1.0), "step of the slope", known=True)
-    d = Symbol("contact_compliance_d", real=True)
+    d, last = (Symbol(f"contact_compliance_{n}", real=True) for n in ("d", "slope"))
+
+    def rate_of(new: Any) -> Any:
+        """d' by the second-order backward formula, 3/2 of the last slope less 1/2 of the one before."""
+        return 3 * (new - d) / dt / 2 - last / 2
 
     def seen(new: Any, old: Any, rate: Any) -> dict[str, Any]:
         return {"z": z - new, "v": v - rate, "z_prev": z_prev - old, "z_turn": z_turn - old}
 
-    # d' by the second-order backward formula, 3/2 of the last slope less 1/2 of the one before
-    last = Symbol("contact_compliance_slope", real=True)
-    here = _tried(model, port, seen(d, d, -last / 2), "here")
-    there = _tried(model, port, seen(d + beside, d, 3 * beside / dt / 2 - last / 2), "there")
-    miss = d - p["c"] * here[-1]
-    gain = 1 - p["c"] * (there[-1] - here[-1]) / beside
-    start = p["c"] * at_start(model, model[next(q.equation for q in model.ports if q.kind == "force")])
+    tries: list[Equation] = []
+    new: Any = d + last * dt
+    for k in range(STEPS):
+        here = _tried(model, port, seen(new, d, rate_of(new)), f"here_{k}")
+        there = _tried(model, port, seen(new + beside, d, rate_of(new + beside)), f"there_{k}")
+        miss = new + tau * rate_of(new) - c * here[-1]
+        gain = 1 + 3 * tau / dt / 2 - c * (there[-1] - here[-1]) / beside
+        step = Equation(f"contact_compliance_try_{k}", new - miss / gain, unit, text="what it gives, tried")
+        tries += [*here, *there, step]
+        new = step.symbol
+    start, rate_start = _settled(model, port, c, tau, beside)
     before = Equation("contact_compliance_before", d, unit, text="what the joint gave one sample before")
-    gives = State(d.name, start, d - miss / gain, unit=unit, text="what the joint gives")
+    gives = State(d.name, start, new, unit=unit, text="what the joint gives")
     speed = f"({unit})/s"
     rate = State(
-        "contact_compliance_rate", 0, 3 * (d - before) / dt / 2 - last / 2, unit=speed, text="how fast"
+        "contact_compliance_rate",
+        rate_start,
+        3 * (d - before) / dt / 2 - last / 2,
+        unit=speed,
+        text="how fast",
     )
-    slope = State(last.name, 0, (d - before) / dt, unit=speed, text="its mean rate in the last step")
-    statements = (*here, *there, before, gives, rate, slope)
+    slope = State(last.name, rate_start, (d - before) / dt, unit=speed, text="its mean rate in the last step")
+    statements = (*tries, before, gives, rate, slope)
     return moved(model.with_parameters(beside), port, statements, seen(d, before.symbol, rate.symbol))
+
+
+def _settled(model: Model, port: Port, c: Any, tau: Any, beside: Parameter) -> tuple[Any, Any]:
+    """What the joint gives at the first sample, and how fast, as if it had followed the motion all along.
+
+    A false start is a jump, and the dashpot behind the joint answers to it with a force that there never was.
+    """
+    z, v = (at_start(model, port[k]) for k in ("z", "v"))
+    whole = model[next(q.equation for q in model.ports if q.kind == "force")]
+
+    def force(d: Any, rate: Any) -> Any:
+        return at_start(model, whole, {port["z"]: z - d, port["v"]: v - rate})
+
+    d: Any = 0
+    rate: Any = 0
+    for _ in range(STEPS):
+        gain = 1 + c * (force(d, rate) - force(d + beside, rate)) / beside
+        rate = v * (1 - 1 / gain)
+        d = d - (d + tau * rate - c * force(d, rate)) / gain
+    return d, rate
 
 
 soft_joint = Effect(
@@ -78,6 +122,21 @@ soft_joint = Effect(
     common=0.3,
 )
 
+damped_joint = Effect(
+    "contact_compliance",
+    ("displacement",),
+    SERIES.replace("a spring", "a spring with a dashpot beside it"),
+    TEXTBOOK
+    + "; W. N. Findley, J. S. Lai, K. Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials "
+    "(1976), sec. 5.3: Kelvin element",
+    (Strength("c_k", "{z}/{force}", text="compliance of the joint at rest"),),
+    _damped_joint,
+    (Shape("tau", "s", "1/omega", 0.03, 1.0, 4, text="dashpot over spring of the joint"),),
+    needs=(*MOTION, "t", "t_prev"),
+    also=("force",),
+    common=RARER,
+)
+
 joint_in_a_cycle = Effect(
     "contact_compliance",
     ("stiffness",),
@@ -88,4 +147,4 @@ joint_in_a_cycle = Effect(
     needs=("amplitude",),
 )
 
-EFFECTS = (soft_joint, joint_in_a_cycle)
+EFFECTS = (soft_joint, damped_joint, joint_in_a_cycle)
