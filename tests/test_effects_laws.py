@@ -450,6 +450,20 @@ def test_friction_along_the_stroke() -> None:
     assert np.allclose(F, same * (1 + 0.3 * motion["z"]))
 
 
+@pytest.mark.parametrize(("n", "q", "rho"), [(2.0, 0.0, 5.0), (1.0, 0.0, 5.0), (1.5, 0.3, 15.0)])
+def test_friction_by_bouc_and_wen_is_their_differential_equation(n: float, q: float, rho: float) -> None:
+    def moves(t: float, y: Array) -> Array:
+        v = (wobble(np.array(t + 1e-6)) - wobble(np.array(t - 1e-6))) / 2e-6
+        share = (1 + q) / 2 * np.sign(v * y) + (1 - q) / 2
+        return np.asarray(rho * v * (1 - np.abs(y) ** n * share))
+
+    t = np.linspace(0, 2, 161)
+    r = solve_ivp(moves, (0, 2), [0.2], "LSODA", t, rtol=1e-8, atol=1e-10, max_step=1e-3).y[0]
+    base = {"k_D": 0.3, "h_D": 0.4, "rho": rho, "r_0": 0.2}
+    F = force(find("dahl_exponent", "force"), record(t, wobble), base, n=n, q=q)
+    assert np.allclose(F, 0.3 * wobble(t) + 0.4 * r, atol=5e-4)
+
+
 @pytest.mark.parametrize(
     ("law", "joint", "rho"),
     [("c", {"c": 0.4}, 2.0), ("c", {"c": 0.3}, 12.0), ("c_k", {"c_k": 0.3, "tau": 0.05}, 12.0)],

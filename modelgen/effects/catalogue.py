@@ -1,6 +1,7 @@
 """All effects that ship, in one tuple."""
 
 from modelgen.effects import (
+    bouc_wen,
     clearance,
     cycle,
     damping,
@@ -37,6 +38,7 @@ CATALOGUE: tuple[Effect, ...] = (
     *damping.EFFECTS,
     *drive.EFFECTS,
     *friction.EFFECTS,
+    *bouc_wen.EFFECTS,
     *mass.EFFECTS,
     *stribeck.EFFECTS,
     *clearance.EFFECTS,

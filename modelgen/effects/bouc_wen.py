@@ -1,0 +1,80 @@
+"""Friction that comes into slip, and goes back from it, by Bouc's and Wen's law instead of Dahl's."""
+
+from typing import Any
+
+from sympy import Symbol
+
+from modelgen.effects.effect import RARER, Effect, Strength, Values, at_start
+from modelgen.language import Abs, Equation, Max, Model, Piecewise, Port, State, exp, log
+
+PARTS = 2
+"""Steps of a monotonic displacement."""
+NONE = 1e-12
+"""What is nothing beside a state between −1 and 1."""
+LEAST = 1e-30
+"""Of a state whose powers have derivatives."""
+
+
+def _bouc_wen(model: Model, port: Port, p: Values) -> Model:
+    """The friction's state r by dr/dz = ρ (1 − |r|ⁿ (β sgn(v r) + γ)) with β + γ = 1, and β − γ = q.
+
+    With u = r sgn v, and y = −ln(1 − u), dy = ρ |dz| g(u): Dahl's law is g = 1, for which Runge's and Kutta's
+    scheme is exact.
+    """
+    h, rho, b = (_quantity(model, kind) for kind in ("friction", "slip", "dahl"))
+    old = next(q for q in model.ports if q.kind == "friction")["r"]
+    name = "bouc_wen_r"
+
+    def rate(y: Any) -> Any:
+        u = 1 - exp(-y)
+        size = (Abs(u) + LEAST) ** p["n"]
+        slope = Piecewise((1 - size, u > 0), (1 + p["q"] * size, True)) / Max(1 - u, NONE)
+        return exp(-(b - 1) * y) * Piecewise((p["n"], u > 1 - 1e-7), (slope, True)) ** b
+
+    def stroke(r: Any, dz: Any, mark: str) -> tuple[list[Equation], Any]:
+        """Equations of the way from state r by a displacement dz, and the state there."""
+        way = Equation(f"{name}_{mark}", Piecewise((1, dz >= 0), (-1, True)))
+        step = rho * Abs(dz) / PARTS
+        done = [way, Equation(f"{name}_{mark}_0", -log(Max(1 - way.symbol * r, NONE)))]
+        for k in range(PARTS):
+            y = done[-1].symbol
+            slopes: list[Equation] = []
+            for part in (0, 1, 1, 2):
+                at = y + step * slopes[-1].symbol * part / 2 if slopes else y
+                slopes.append(Equation(f"{name}_{mark}_{k}_{len(slopes)}", rate(at)))
+            one, two, three, four = (s.symbol for s in slopes)
+            y = y + step * (one + 2 * two + 2 * three + four) / 6
+            done += [*slopes, Equation(f"{name}_{mark}_{k + 1}", y)]
+        return done, way.symbol * (1 - exp(-done[-1].symbol))
+
+    to_turn, turned = stroke(Symbol(name, real=True), port["z_turn"] - port["z_prev"], "turn")
+    turn = Equation(f"{name}_turned", turned, text="friction state where it turns")
+    from_turn, now = stroke(turn.symbol, port["z"] - port["z_turn"], "end")
+    r = State(name, at_start(model, old), now, text="friction state by Bouc and Wen")
+    statements = (*to_turn, turn, *from_turn, r)
+    return model.extend(port.equation, lambda F: F + h * (r.symbol - old), statements=statements)
+
+
+def _quantity(model: Model, kind: str) -> Any:
+    """What the model's port of this kind changes."""
+    return Symbol(next(q.equation for q in model.ports if q.kind == kind), real=True)
+
+
+bouc_wen = Effect(
+    "dahl_exponent",
+    ("force",),
+    "the friction's way into slip has another shape than an exponential, and another one back from it: "
+    "dr/dz = ρ(1 − |r|ⁿ(β sgn(v r) + γ)), n ≠ 1 or γ ≠ 0",
+    "R. Bouc, Proc. 4th Conf. Nonlinear Oscillation (1967) 315; Y.-K. Wen, J. Eng. Mech. Div. ASCE 102 "
+    "(1976) 249",
+    (
+        Strength("n", "1", 1.0, (0.3, 6.0), text="exponent of the state"),
+        Strength("q", "1", 1.0, (-0.5, 2.0), text="β − γ: how much steeper the way back from slip is"),
+    ),
+    _bouc_wen,
+    needs=("z", "z_prev", "z_turn"),
+    also=("friction", "slip", "dahl"),
+    common=RARER,
+)
+
+EFFECTS = (bouc_wen,)
