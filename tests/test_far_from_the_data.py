@@ -101,6 +101,23 @@ def test_a_further_effect_that_may_be_almost_anything_is_not_claimed(
     assert len(notes) == 1 and f"{share:.0%}" in notes[0] and "inertia" in notes[0]
 
 
+def test_over_time_a_second_effect_is_as_sure_as_its_part_of_the_evidence_is_large(
+    two_effects: tuple[Setting, Outcome],
+) -> None:
+    """What it takes up may be what the first one's law is not quite right about."""
+    _, outcome = two_effects
+    whole = outcome.base.bic - outcome.best.bic
+    rest = outcome.best.hypothesis.key - {standings(outcome)[1].addition.key}
+
+    def if_it_brings(part: float) -> float:
+        without = outcome.best.bic + part * whole
+        tried = (replace(f, bic=without) if f.hypothesis.key == rest else f for f in outcome.tried)
+        return standings(replace(outcome, tried=tuple(tried)))[1].probability
+
+    little, some, much, most = map(if_it_brings, (0.01, 0.1, 0.3, 0.6))
+    assert little < 0.5 < some < 0.7 < much == most < 0.9
+
+
 def test_far_from_the_data_the_best_account_needs_no_more_than_evidence(
     two_effects: tuple[Setting, Outcome],
 ) -> None:

@@ -5,7 +5,7 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.effect import RARER, Effect, Strength, Values, at_start
-from modelgen.language import Abs, Equation, Max, Model, Piecewise, Port, State, exp, log
+from modelgen.language import Abs, Equation, Max, Model, Piecewise, Port, State, Statement, exp, log
 
 PARTS = 2
 """Steps of a monotonic displacement."""
@@ -51,7 +51,7 @@ def _bouc_wen(model: Model, port: Port, p: Values) -> Model:
     turn = Equation(f"{name}_turned", turned, text="friction state where it turns")
     from_turn, now = stroke(turn.symbol, port["z"] - port["z_turn"], "end")
     r = State(name, at_start(model, old), now, text="friction state by Bouc and Wen")
-    statements = (*to_turn, turn, *from_turn, r)
+    statements: tuple[Statement, ...] = (*to_turn, turn, *from_turn, r)
     return model.extend(port.equation, lambda F: F + h * (r.symbol - old), statements=statements)
 
 
