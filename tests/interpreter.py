@@ -73,7 +73,7 @@ class Reading:
         if expr not in self.compiled:
             symbols = sorted(expr.free_symbols, key=lambda s: s.name)
             names = [s.name for s in symbols]
-            self.compiled[expr] = (names, sp.lambdify(symbols, expr, self.library))
+            self.compiled[expr] = (names, sp.lambdify(symbols, expr, self.library, cse=True))
         names, f = self.compiled[expr]
         return f(*(env[n] for n in names))
 

@@ -14,7 +14,7 @@ from modelgen.diagnose import Verdict, diagnose
 from modelgen.diagnose.diagnosis import prepare, set_up
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
 from modelgen.diagnose.hypotheses.moderate import moderated
-from modelgen.diagnose.hypotheses.pasts import is_past, price
+from modelgen.diagnose.hypotheses.pasts import is_past, price, widths_of
 from modelgen.effects import CATALOGUE
 from modelgen.fit.experiment import Layout
 from modelgen.language import Parameter
@@ -54,15 +54,15 @@ def test_a_past_costs_what_the_records_tell_of_it() -> None:
     known = layout("k", "left[a]", "left[b]")
     past = is_past(known, {"left"})
     assert past.tolist() == [False, True, True]
-    theta = np.array([0.5, 0.5, 0.5])
+    widths = widths_of(known, np.array([0.5, 0.5, 0.5]))
     J = np.zeros((90, 3))
     J[:30, 0] = 1.0  # k alone
     J[30:60, 1] = 10.0  # left of a, as well known as by 30 samples of a tenth
-    cost = price(known, theta, J.T @ J, past, ~past, 1.0)
+    cost = price(J.T @ J, past, ~past, widths, 1.0)
     assert cost == pytest.approx(np.log(1 + 3000 / 12))
     J[:30, 2] = 1.0  # what left of b does is what k does
-    assert price(known, theta, J.T @ J, past, ~past, 1.0) == pytest.approx(cost, abs=1e-6)
-    assert price(known, theta, J.T @ J, past, ~past, 4.0) == pytest.approx(np.log(1 + 3000 / 48), abs=1e-6)
+    assert price(J.T @ J, past, ~past, widths, 1.0) == pytest.approx(cost, abs=1e-6)
+    assert price(J.T @ J, past, ~past, widths, 4.0) == pytest.approx(np.log(1 + 3000 / 48), abs=1e-6)
 
 
 def concealed(folder: Path, law: str, seed: int) -> Verdict:

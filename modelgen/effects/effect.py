@@ -208,7 +208,7 @@ def at_start(model: Model, expr: Any, known: Mapping[Any, Any] | None = None) ->
             s = statements.get(symbol.name)
             if isinstance(s, Implicit):
                 raise InputError(f"model '{model.id}': no state can start from '{s.name}', it is implicit")
-            known[symbol] = start(s.expr if isinstance(s, Equation) else s.initial) if s else symbol
+            known[symbol] = start(s.expr) if isinstance(s, Equation) else s.initial if s else symbol
         return x.xreplace(known)
 
     return start(sympify(expr))

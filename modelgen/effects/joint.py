@@ -42,20 +42,21 @@ def _tried(model: Model, port: Port, motion: dict[str, Any], mark: str) -> tuple
 
 
 def _joint(model: Model, port: Port, p: Values) -> Model:
-    return _behind(model, port, p["c"], 0)
+    return _behind(model, port, "", p["c"], 0)
 
 
 def _damped_joint(model: Model, port: Port, p: Values) -> Model:
-    return _behind(model, port, p["c_k"], p["tau"])
+    return _behind(model, port, "_k", p["c_k"], p["tau"])
 
 
-def _behind(model: Model, port: Port, c: Any, tau: Any) -> Model:
+def _behind(model: Model, port: Port, mark: str, c: Any, tau: Any) -> Model:
     """The sample sees z − d with d + τ d' = c F(z − d). Each step solves this by Newton's method, from where
     the joint goes if it goes on as before: friction bends much within a step."""
     z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
     unit, dt = unit_of(model, port["z"]), port["t"] - port["t_prev"]
-    beside = Parameter("contact_compliance_step", unit, 1e-6, (1e-12, 1.0), "step of the slope", known=True)
-    d, last = (Symbol(f"contact_compliance_{n}", real=True) for n in ("d", "slope"))
+    name = f"contact_compliance{mark}"
+    beside = Parameter(f"{name}_step", unit, 1e-6, (1e-12, 1.0), "step of the slope", known=True)
+    d, last = (Symbol(f"{name}_{n}", real=True) for n in ("d", "slope"))
 
     def rate_of(new: Any) -> Any:
         """d' by the second-order backward formula, 3/2 of the last slope less 1/2 of the one before."""
@@ -67,19 +68,19 @@ def _behind(model: Model, port: Port, c: Any, tau: Any) -> Model:
     tries: list[Equation] = []
     new: Any = d + last * dt
     for k in range(STEPS):
-        here = _tried(model, port, seen(new, d, rate_of(new)), f"here_{k}")
-        there = _tried(model, port, seen(new + beside, d, rate_of(new + beside)), f"there_{k}")
+        here = _tried(model, port, seen(new, d, rate_of(new)), f"here{mark}_{k}")
+        there = _tried(model, port, seen(new + beside, d, rate_of(new + beside)), f"there{mark}_{k}")
         miss = new + tau * rate_of(new) - c * here[-1]
         gain = 1 + 3 * tau / dt / 2 - c * (there[-1] - here[-1]) / beside
-        step = Equation(f"contact_compliance_try_{k}", new - miss / gain, unit, text="what it gives, tried")
+        step = Equation(f"{name}_try_{k}", new - miss / gain, unit, text="what it gives, tried")
         tries += [*here, *there, step]
         new = step.symbol
     start, rate_start = _settled(model, port, c, tau, beside)
-    before = Equation("contact_compliance_before", d, unit, text="what the joint gave one sample before")
+    before = Equation(f"{name}_before", d, unit, text="what the joint gave one sample before")
     gives = State(d.name, start, new, unit=unit, text="what the joint gives")
     speed = f"({unit})/s"
     rate = State(
-        "contact_compliance_rate",
+        f"{name}_rate",
         rate_start,
         3 * (d - before) / dt / 2 - last / 2,
         unit=speed,
@@ -91,7 +92,8 @@ def _behind(model: Model, port: Port, c: Any, tau: Any) -> Model:
 
 
 def _settled(model: Model, port: Port, c: Any, tau: Any, beside: Parameter) -> tuple[Any, Any]:
-    """What the joint gives at the first sample, and how fast, as if it had followed the motion all along.
+    """What the joint gives at the first sample, and how fast, as if it had followed the motion all along: by
+    one step of Newton's method, as an expression without memory has to be short.
 
     A false start is a jump, and the dashpot behind the joint answers to it with a force that there never was.
     """
@@ -101,13 +103,9 @@ def _settled(model: Model, port: Port, c: Any, tau: Any, beside: Parameter) -> t
     def force(d: Any, rate: Any) -> Any:
         return at_start(model, whole, {port["z"]: z - d, port["v"]: v - rate})
 
-    d: Any = 0
-    rate: Any = 0
-    for _ in range(STEPS):
-        gain = 1 + c * (force(d, rate) - force(d + beside, rate)) / beside
-        rate = v * (1 - 1 / gain)
-        d = d - (d + tau * rate - c * force(d, rate)) / gain
-    return d, rate
+    gain = 1 + c * (force(0, 0) - force(beside, 0)) / beside
+    rate = v * (1 - 1 / gain)
+    return (c * force(0, rate) - tau * rate) / gain, rate
 
 
 soft_joint = Effect(

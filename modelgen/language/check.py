@@ -107,8 +107,18 @@ def _check_use(model: Model) -> None:
 
 @lru_cache(maxsize=4096)
 def _names(expr: Any) -> frozenset[str]:
-    """What an expression uses; models that share equations ask for it again and again."""
-    return frozenset(symbol.name for symbol in expr.free_symbols)
+    """What an expression uses; models that share equations ask for it again and again.
+
+    A part that stands in many places is looked at once: written out, the start of a state may be vast.
+    """
+    seen: dict[int, Any] = {}
+    ahead = [expr]
+    while ahead:
+        part = ahead.pop()
+        if id(part) not in seen:
+            seen[id(part)] = part
+            ahead.extend(part.args)
+    return frozenset(part.name for part in seen.values() if isinstance(part, sp.Symbol))
 
 
 class _UnitError(Exception):
