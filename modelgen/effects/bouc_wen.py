@@ -21,8 +21,8 @@ def _bouc_wen(model: Model, port: Port, p: Values) -> Model:
     With u = r sgn v, and y = −ln(1 − u), dy = ρ |dz| g(u): Dahl's law is g = 1, for which Runge's and Kutta's
     scheme is exact.
     """
-    h, rho, b = (_quantity(model, kind) for kind in ("friction", "slip", "dahl"))
-    old = next(q for q in model.ports if q.kind == "friction")["r"]
+    h, rho, b, F_r = (_quantity(model, kind) for kind in ("friction", "slip", "dahl", "force"))
+    old = port["r"]
     name = "bouc_wen_r"
 
     def rate(y: Any) -> Any:
@@ -52,7 +52,7 @@ def _bouc_wen(model: Model, port: Port, p: Values) -> Model:
     from_turn, now = stroke(turn.symbol, port["z"] - port["z_turn"], "end")
     r = State(name, at_start(model, old), now, text="friction state by Bouc and Wen")
     statements: tuple[Statement, ...] = (*to_turn, turn, *from_turn, r)
-    return model.extend(port.equation, lambda F: F + h * (r.symbol - old), statements=statements)
+    return model.extend(F_r.name, lambda F: F + h * (r.symbol - old), statements=statements)
 
 
 def _quantity(model: Model, kind: str) -> Any:
@@ -62,7 +62,7 @@ def _quantity(model: Model, kind: str) -> Any:
 
 bouc_wen = Effect(
     "dahl_exponent",
-    ("force",),
+    ("friction",),
     "the friction's way into slip has another shape than an exponential, and another one back from it: "
     "dr/dz = ρ(1 − |r|ⁿ(β sgn(v r) + γ)), n ≠ 1 or γ ≠ 0",
     "R. Bouc, Proc. 4th Conf. Nonlinear Oscillation (1967) 315; Y.-K. Wen, J. Eng. Mech. Div. ASCE 102 "
@@ -72,8 +72,8 @@ bouc_wen = Effect(
         Strength("q", "1", 1.0, (-0.5, 2.0), text="β − γ: how much steeper the way back from slip is"),
     ),
     _bouc_wen,
-    needs=("z", "z_prev", "z_turn"),
-    also=("friction", "slip", "dahl"),
+    needs=("z", "z_prev", "z_turn", "r"),
+    also=("force", "slip", "dahl"),
     common=RARER,
 )
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from sympy import Expr, Integer, Mul, Pow, Symbol
+from sympy import Symbol
 
 from modelgen.effects.effect import (
     RARER,
@@ -137,16 +137,15 @@ JOINTS = (_joint("", False), _joint("_k", False), _joint("", True))
 LEVELS = 14
 
 
-def xcotx(q: Expr) -> Expr:
+def xcotx(q: Any) -> Any:
     """√q cot √q by Lambert's continued fraction 1 − q/(3 − q/(5 − …)).
 
     Meromorphic, finite and smooth at q = 0, poles where they belong; its error is below 1e-6 of max(1, |x
     cot x|) for |q| < 40, where the poles at π² and 4π² lie; below 1e-13 for |q| < 12.
     """
-    tail: Expr = Integer(2 * LEVELS + 1)
+    tail: Any = 2 * LEVELS + 1
     for n in range(2 * LEVELS - 1, 0, -2):
-        # there is nothing to simplify, and looking for it takes a hundred times as long
-        tail = n - Mul(q, Pow(tail, -1, evaluate=False), evaluate=False)
+        tail = n - q / tail
     return tail
 
 

@@ -51,7 +51,7 @@ AT = {"z": z_D, "v": v_D, "z_prev": z_D_prev, "z_turn": z_D_turn, "t": t, "t_pre
 PORTS = (
     ("displacement", "displacement", "z_D", "z v z_prev z_turn t t_prev"),
     ("force", "force", "F_r", "z v z_prev z_turn t t_prev a"),
-    ("force", "friction", "h_f", "v z t t_prev r"),
+    ("force", "friction", "h_f", "v z z_prev z_turn t t_prev r"),
     ("force", "spring", "k_f", "z v z_prev z_turn t t_prev"),
     ("force", "dahl", "b_f", "z v t"),
     ("force", "slip", "rho_f", "z v t"),
