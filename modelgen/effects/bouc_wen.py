@@ -19,7 +19,7 @@ def _bouc_wen(model: Model, port: Port, p: Values) -> Model:
     """The friction's state r by dr/dz = ρ (1 − |r|ⁿ (β sgn(v r) + γ)) with β + γ = 1, and β − γ = q.
 
     With u = r sgn v, and y = −ln(1 − u), dy = ρ |dz| g(u): Dahl's law is g = 1, for which Runge's and Kutta's
-    scheme is exact.
+    scheme is exact. A model with Dahl's exponent b keeps it: the law's bracket to the power of b.
     """
     h, rho, b, F_r = (_quantity(model, kind) for kind in ("friction", "slip", "dahl", "force"))
     old = port["r"]

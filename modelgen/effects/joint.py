@@ -13,7 +13,6 @@ SERIES = (
 )
 TEXTBOOK = "springs in series: e.g. J. P. Den Hartog, Mechanical Vibrations (1956), sec. 2.3"
 
-
 STEPS = 2
 """Of Newton's method: one would do for a linear sample."""
 
@@ -51,7 +50,8 @@ def _damped_joint(model: Model, port: Port, p: Values) -> Model:
 
 def _behind(model: Model, port: Port, mark: str, c: Any, tau: Any) -> Model:
     """The sample sees z − d with d + τ d' = c F(z − d). Each step solves this by Newton's method, from where
-    the joint goes if it goes on as before: friction bends much within a step."""
+    the joint goes if it goes on as before: friction bends much within a step. mark: tells names of one law
+    from those of the other."""
     z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
     unit, dt = unit_of(model, port["z"]), port["t"] - port["t_prev"]
     name = f"contact_compliance{mark}"
