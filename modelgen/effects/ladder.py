@@ -35,16 +35,23 @@ def z_rest(unit: str) -> Parameter:
     )
 
 
-def past(id: str) -> Parameter:
-    """How fast the sample moved before a record: a number of each record's own."""
-    text = "1/ω² of a steady motion before the record; 0: the sample rested"
-    return Parameter(f"{id}_past", "s**2", 0.0, (0.0, float("inf")), text)
+def past(id: str) -> tuple[Parameter, Parameter]:
+    """What a sample had been through before a record, two numbers of each record's own: how fast it moved,
+    and where it had rested, as a sample that is strained first and recorded then."""
+    moved = "1/ω² of a steady motion before the record; 0: the sample rested"
+    rested = "where it rested: from z_rest, 0, to where the record begins, 1"
+    return (
+        Parameter(f"{id}_past", "s**2", 0.0, (0.0, float("inf")), moved),
+        Parameter(f"{id}_held", "1", 0.0, (0.0, 1.0), rested),
+    )
 
 
-def steady_foot(model: Model, at: Port, rate: Any, rest: Parameter, before: Parameter) -> Any:
-    """Where the foot of a Maxwell arm is at the first sample if the sample moved as `before` (see `past`)
-    says: Re(Z/(1 + jω/rate)), with z = Re Z and v = Re jωZ."""
-    return at_start(model, rest + (at["z"] - rest - at["v"] / rate) * before / (before + rate**-2))
+def first_foot(model: Model, at: Port, rate: Any, rest: Parameter, before: tuple[Parameter, Parameter]) -> Any:
+    """Where the foot of a Maxwell arm is at the first sample if the sample moved and rested as `before` (see
+    `past`) says: Re(Z/(1 + jω/rate)) about the place of rest, with z = Re Z and v = Re jωZ."""
+    moved, held = before
+    place = rest + held * (at["z"] - rest)
+    return at_start(model, place + (at["z"] - place - at["v"] / rate) * moved / (moved + rate**-2))
 
 
 def arm(name: str, rate: Any, at: Port, rest: Parameter, first: Any = None) -> State:
@@ -71,8 +78,8 @@ class Ladder:
     port: Port
     count: int = ARMS
     step: float = STEP
-    before: Parameter | None = None
-    """How the sample moved before the record (`past`); none: it rested."""
+    before: tuple[Parameter, Parameter] | None = None
+    """How the sample moved and where it rested before the record (`past`); none: at `rest`."""
 
     @property
     def rate(self) -> Parameter:
@@ -134,7 +141,7 @@ class Ladder:
 
     def add(self, force: Any, text: str) -> Model:
         """The model with the arms and their `force` at the port."""
-        at, before = self.port, (self.before,) if self.before is not None else ()
+        at, before = self.port, self.before or ()
         arms = [self._arm(i) for i in range(self.count)]
         term = Equation(f"{self.id}_F", force, self.model[at.equation].unit, text=text)
         model = self.model.with_parameters(self.rate, self.rest, *before)
@@ -145,5 +152,5 @@ class Ladder:
     def _arm(self, i: int) -> State:
         rate, first = self.rate * number_exp(self.step * i), None
         if self.before is not None:
-            first = steady_foot(self.model, self.port, rate, self.rest, self.before)
+            first = first_foot(self.model, self.port, rate, self.rest, self.before)
         return replace(arm(f"{self.id}_z{i}", rate, self.port, self.rest, first), ref=f"arm {i}")
