@@ -341,6 +341,22 @@ def test_a_maxwell_branch_may_have_moved_before_the_record() -> None:
     assert np.abs(F - steady).max() < 1e-4
 
 
+@pytest.mark.parametrize(
+    ("id", "values"),
+    [("maxwell_branch", {"k": 0.7, "tau": 0.2}), ("power_law_viscoelasticity", {"C": 0.7, "alpha": 0.4})],
+)
+def test_a_strained_sample_may_have_rested_where_the_record_begins(id: str, values: dict[str, float]) -> None:
+    """The same motion from another place makes the same force, but for a spring's at rest."""
+    t = np.linspace(0, 3, 1501)
+    e = find(id, "force")
+    zero, away = (record(t, lambda x, to=to: wobble(x) - wobble(0) + to) for to in (0.0, 1.5))
+    from_zero, strained, not_held = (
+        force(e, motion, **values, held=held) for motion, held in ((zero, 1.0), (away, 1.0), (away, 0.0))
+    )
+    offset = strained - from_zero
+    assert np.ptp(offset) < 1e-6 < 0.1 < np.ptp(not_held - from_zero)
+
+
 @pytest.mark.parametrize("alpha", [0.15, 0.5, 0.8])
 def test_a_springpot_may_have_moved_before_the_record(alpha: float) -> None:
     """In mid-motion its force is C (jω)^α z from the first sample on; from rest it is not."""

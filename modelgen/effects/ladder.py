@@ -46,7 +46,9 @@ def past(id: str) -> tuple[Parameter, Parameter]:
     )
 
 
-def first_foot(model: Model, at: Port, rate: Any, rest: Parameter, before: tuple[Parameter, Parameter]) -> Any:
+def first_foot(
+    model: Model, at: Port, rate: Any, rest: Parameter, before: tuple[Parameter, Parameter]
+) -> Any:
     """Where the foot of a Maxwell arm is at the first sample if the sample moved and rested as `before` (see
     `past`) says: Re(Z/(1 + jω/rate)) about the place of rest, with z = Re Z and v = Re jωZ."""
     moved, held = before
