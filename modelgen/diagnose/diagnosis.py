@@ -26,7 +26,7 @@ from modelgen.diagnose.noise.glitches import bursts, laid_open
 from modelgen.diagnose.noise.noise import marked, masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.diagnose.noise.thin import thin
-from modelgen.diagnose.own_effects import check_effects, unknown_kinds
+from modelgen.diagnose.own_effects import check_effects, unknown_kinds, unused
 from modelgen.diagnose.search.search import search, white_judge
 from modelgen.diagnose.verdict import Verdict
 from modelgen.effects import Effect
@@ -87,7 +87,8 @@ def diagnose(
     if progress:
         progress(0.9, "deciding")
     turned = opposed(model, case, ground.base, outcome.best, seed)
-    notes = (*notes, *marked(ground.series, ground.marks), *turned)
+    own = unused(effects or (), model, setting.additions)
+    notes = (*notes, *own, *marked(ground.series, ground.marks), *turned)
     return conclude(setting, notes, ground.marks, ground.oddity, outcome, out, begun)
 
 

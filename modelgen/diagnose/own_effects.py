@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
-from modelgen.effects import Effect
+from modelgen.diagnose.hypotheses.hypothesis import Addition
+from modelgen.effects import Effect, Shape, Strength
 from modelgen.errors import InputError, did_you_mean
 from modelgen.language import Model
 
@@ -53,3 +54,35 @@ def unknown_kinds(model: Model, catalogue: Sequence[Effect]) -> tuple[str, ...]:
     known = {k for e in catalogue for k in e.kinds}
     near = ((p, did_you_mean(p.kind, known)) for p in model.ports if p.kind not in known)
     return tuple(f"port '{p.name}': no effect knows the kind '{p.kind}'{n}" for p, n in near if n)
+
+
+def unused(effects: Sequence[Effect], model: Model, additions: Sequence[Addition]) -> tuple[str, ...]:
+    """Notes on effects that are none of the `additions` which model and recordings allow: each with the
+    reason."""
+    tried = {id(a.effect) for a in additions}
+    return tuple(f"effect '{e.id}' was not tried: {_why(e, model)}" for e in effects if id(e) not in tried)
+
+
+def _why(e: Effect, model: Model) -> str:
+    """What `model`, or its recordings, lack for `e`."""
+    here = {p.kind for p in model.ports}
+    if not here & set(e.kinds):
+        return f"it is for {_listed(e.kinds)}, and {model.id} has {_listed(sorted(here))}"
+    if absent := set(e.also) - here:
+        return f"it needs a port {_listed(sorted(absent))} too, and {model.id} has none"
+    if present := set(e.unless) & here:
+        return f"it is for models without a port {_listed(sorted(present))}"
+    if e.fits(model):
+        searched: tuple[Shape | Strength, ...] = (*e.shapes, *e.strengths)
+        scales = (f"{q.name} ('{q.scale}')" for q in searched if q.scale not in ("", "1"))
+        return f"the recordings give no range to search in for {', '.join(scales)}"
+    port = next(p for k in e.kinds for p in model.ports if p.kind == k)
+    have = {n for n, _ in port.variables}
+    if absent := set(e.needs) - have:
+        wanted, known = _listed(sorted(absent)), _listed(sorted(have))
+        return f"it needs {wanted} of port '{port.name}', which has {known}{did_you_mean(min(absent), have)}"
+    return f"it is for ports without {_listed(sorted(set(e.lacks) & have))}"
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(f"'{n}'" for n in names) or "nothing"

@@ -1,0 +1,38 @@
+"""Effects of the user's own that a diagnosis can't use: it says which, and what is lacking."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from modelgen.diagnose.own_effects import unused
+from modelgen.effects import Effect, Shape, Strength
+from modelgen.effects.effect import add
+from modelgen.language import Model
+from modelgen.models import load
+
+rub = Effect("rub", ("spring",), "", "", (Strength("R", "{port}"),), add(lambda at, p: p["R"]))
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return load("modified_dahl")
+
+
+@pytest.mark.parametrize(
+    ("effect", "why"),
+    [
+        (replace(rub, kinds=("mechanical_impedance",)), "is for 'mechanical_impedance', and mod"),
+        (replace(rub, needs=("z_prv",)), r"needs 'z_prv' of port '\w+', which has .*did you mean 'z_prev'"),
+        (replace(rub, also=("electrical",)), "needs a port 'electrical' too, and modified_dahl has none"),
+        (replace(rub, unless=("spring",)), "is for models without a port 'spring'"),
+        (replace(rub, lacks=("z_prev",)), "is for ports without 'z_prev'"),
+        (replace(rub, shapes=(Shape("tau", "s", "tme", 1, 2),)), r"no range to search in for tau \('tme'\)"),
+    ],
+)
+def test_it_is_said_why_an_effect_was_not_tried(model: Model, effect: Effect, why: str) -> None:
+    (note,) = unused([effect], model, [])
+    assert note.startswith("effect 'rub' was not tried: ")
+    assert re.search(why, note)
