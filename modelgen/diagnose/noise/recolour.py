@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from modelgen.diagnose.hypotheses.evidence import bic, effective, settled
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, refine
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, plain_white, refine
 from modelgen.diagnose.hypotheses.setting import Setting
 from modelgen.diagnose.noise.noise import correlation_length, first_order, local_level
 from modelgen.diagnose.noise.smooth_error import SIZES, quietness, smooth_error
@@ -27,8 +27,7 @@ def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judg
     plain = tuple(replace(x.whitener, ar=None) for x in s.series)
     white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
     if gross(s, white) and not near_smooth(s, judge, best, white):
-        new = Judge(plain, judge.prior, correlation_length(white), judge.excess)
-        return new, new.look(base.hypothesis, base.theta), [new.look(f.hypothesis, f.theta) for f in fits]
+        return _uncoloured(s, judge, best, base, fits)
     filters = coloured(plain, white, s.colour, s.model.is_time_model)
     uneven = [
         local_level(w.colour(e)) if s.model.is_time_model else np.ones(e.shape[1])
@@ -41,7 +40,32 @@ def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judg
     before = judge.temper > 1.0 or any(w.ar is not None for w in judge.whiteners)
     if not before and all(w.ar is None for w in filters) and all(np.all(u == 1) for u in uneven):
         return judge, base, fits
-    return judged_anew(s, replace(judge, whiteners=filters, temper=1.0), base, fits)
+    new, base_then, then = judged_anew(s, replace(judge, whiteners=filters, temper=1.0), base, fits)
+    led = min([base_then, *then], key=lambda f: f.bic)
+    if s.model.is_time_model and _size(led) > SPOILT * _size(best):
+        return _uncoloured(s, judge, best, base, fits)
+    return new, base_then, then
+
+
+SPOILT = 1.25
+"""Over time the best account under a colour leaves no more than this many times what the colour was taken
+from: more, it is no noise's. Each further colour would let more of the misfit pass, as long as it is smooth.
+(In sweeps each depth of the search begins without one.)"""
+
+
+def _size(f: Fit) -> float:
+    """Rms of a fit's residual over the noise's level, whatever its colour."""
+    white = plain_white(f)
+    return float(np.sqrt(sum(np.sum(e**2) for e in white) / max(sum(map(np.count_nonzero, white)), 1)))
+
+
+def _uncoloured(
+    s: Setting, judge: Judge, best: Fit, base: Fit, fits: list[Fit]
+) -> tuple[Judge, Fit, list[Fit]]:
+    """All as if what `best` leaves were a wrong model's, by which evidence is divided."""
+    plain = tuple(replace(x.whitener, ar=None) for x in s.series)
+    new = Judge(plain, judge.prior, correlation_length(plain_white(best)), judge.excess)
+    return new, new.look(base.hypothesis, base.theta), [new.look(f.hypothesis, f.theta) for f in fits]
 
 
 CONTENDERS = 4
