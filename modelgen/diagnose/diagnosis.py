@@ -244,9 +244,9 @@ def set_up(model: Model, case: Case, ground: Ground, catalogue: Sequence[Effect]
 
 
 def _repeats(model: Model, series: Sequence[Series]) -> tuple[str, ...]:
-    """Names of the sweeps that repeat the first: nothing is known to differ."""
+    """Names of the sweeps that repeat each other, nothing being known to differ; none where something is."""
     alike = all(dict(s.constants) == dict(series[0].constants) for s in series)
-    return () if model.is_time_model or not alike else tuple(s.name for s in series[1:])
+    return () if model.is_time_model or not alike else tuple(s.name for s in series)
 
 
 def _searched(

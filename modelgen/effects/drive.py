@@ -3,8 +3,10 @@ force.
 
 A coil fed with constant current pushes with a constant force, here 1. The moving side then has the
 amplitude a = 1/(ω|Z|), with Z the impedance at that amplitude: an implicit equation at each frequency.
+Sweeps may have been made at levels that nobody wrote down: then each has a strength of its own.
 """
 
+from dataclasses import replace
 from typing import Any
 
 from sympy import Symbol
@@ -53,6 +55,24 @@ def _cubic(model: Model, port: Port, p: Values) -> Model:
     return _at_drive(model, port, "cubic_stiffness", solve, lambda u, square: kappa * u / (j * w**3 * square))
 
 
+def _at_levels(effect: Effect, name: str) -> Effect:
+    """The same law in sweeps of different levels, which is not known: its strength `name` is each one's own."""
+    (strength,) = effect.strengths
+
+    def apply(model: Model, port: Port, p: Values) -> Model:
+        return effect.apply(model, port, {strength.name: p[name]})
+
+    return replace(
+        effect,
+        says=f"{effect.says}; sweeps differ as they were made at different levels",
+        strengths=(replace(strength, name=name),),
+        apply=apply,
+        common=0.5,
+        each=True,
+        first=True,
+    )
+
+
 cubic_at_drive = Effect(
     "cubic_stiffness",
     ("mechanical_impedance",),
@@ -84,4 +104,9 @@ quadratic_at_drive = Effect(
     needs=("omega",),
 )
 
-EFFECTS = (cubic_at_drive, quadratic_at_drive)
+EFFECTS = (
+    cubic_at_drive,
+    quadratic_at_drive,
+    _at_levels(cubic_at_drive, "kappa_each"),
+    _at_levels(quadratic_at_drive, "delta_each"),
+)

@@ -109,7 +109,7 @@ class Effect:
     ids of other physics whose law is the same function of the motion: no recording of this kind tells
     them apart. `instead`: ids that this law is an account instead of, and never beside: free as it is, it
     would take up what their laws are not quite right about. `each`: strengths have a value of their own in
-    each repeat of a sweep, null in the first one.
+    each repeat of a sweep, null in the first one unless `first`.
     """
 
     id: str
@@ -129,6 +129,7 @@ class Effect:
     alike: tuple[str, ...] = ()
     instead: tuple[str, ...] = ()
     each: bool = False
+    first: bool = False
 
     def fits(self, model: Model) -> tuple[Port, ...]:
         """The ports of `model` that this effect can be added to: those of the first of its kinds that there

@@ -135,10 +135,10 @@ def additions(
     repeats: tuple[str, ...] = (),
 ) -> list[Addition]:
     """All effects that fit a port of `model` and whose scales the recordings have, or the `motions` at the
-    port. `repeats`: names of the recordings that repeat the first one."""
+    port. `repeats`: names of the recordings that repeat each other."""
     found = []
     for e in effects:
-        for port in e.fits(model) if repeats or not e.each else ():
+        for port in e.fits(model) if len(repeats) > 1 or not e.each else ():
             known = {**scales, **motions.get(port.equation, {}), "port": port_sizes[port.equation]}
             try:
                 tried: list[Strength | Shape] = [*e.shapes, *(q for q in e.strengths if e.secant and q.scale)]
@@ -146,7 +146,8 @@ def additions(
             except KeyError:
                 continue
             if all(np.isfinite(r).all() and r[0] < r[1] for r in ranges.values()):
-                found.append(Addition(e, port, ranges, repeats if e.each else ()))
+                own = repeats[0 if e.first else 1 :] if e.each else ()
+                found.append(Addition(e, port, ranges, own))
     return found
 
 
@@ -248,9 +249,12 @@ def make_hypotheses(
 def _of_their_own(
     added: Sequence[Addition], case: Case, series: Sequence[Series]
 ) -> tuple[Case, tuple[Series, ...]]:
-    """Case and series in which strengths that each repeat has for itself are so, and null in the first."""
-    own = {n: q.null for a in added if a.repeats for n, q in zip(a.shared, a.effect.strengths, strict=True)}
-    if not own:
+    """Case and series in which strengths that each repeat has for itself are so, and null in the first where
+    they are in relation to that."""
+    owned = [a for a in added if a.repeats]
+    if not owned:
         return case, tuple(series)
-    first = replace(series[0], constants={**series[0].constants, **own})
-    return replace(case, per_recording=(*case.per_recording, *own)), (first, *series[1:])
+    own = replace(case, per_recording=(*case.per_recording, *(n for a in owned for n in a.shared)))
+    null = {n: q.null for a in owned if not a.effect.first for n, q in zip(a.shared, a.effect.strengths, strict=True)}
+    first = replace(series[0], constants={**series[0].constants, **null})
+    return own, (first, *series[1:])
