@@ -1,9 +1,10 @@
 """Nonlinear laws in an impedance, where the amplitude follows from the drive: first harmonic at constant
-force.
+force or constant voltage.
 
 A coil fed with constant current pushes with a constant force, here 1. The moving side then has the
-amplitude a = 1/(ω|Z|), with Z the impedance at that amplitude: an implicit equation at each frequency.
-Sweeps may have been made at levels that nobody wrote down: then each has a strength of its own.
+amplitude a = 1/(ω|Z|), with Z the impedance at that amplitude: an implicit equation at each frequency. Fed
+with constant voltage it is braked as well, as by a dashpot Bl²/R: a = 1/(ω|Y|), Y = Z + Bl²/(R + jωL). Sweeps may have been
+made at levels that nobody wrote down: then each has a strength of its own.
 """
 
 from dataclasses import replace
@@ -11,25 +12,40 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import ANY, Effect, Strength, Values
+from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values
 from modelgen.language import Equation, Implicit, Model, Parameter, Port, Statement, im, j, re, sqrt
 
-HARMONIC = (
-    "A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 4.1; first harmonic at constant force"
-)
+HARMONIC = "A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 4.1; first harmonic"
 DRIVE = Parameter(
     "drive", "1", 1.0, (1e-6, 1e6), "level of the drive over that of the other records", known=True
 )
 
 
-def _at_drive(model: Model, port: Port, id: str, solve: Any, term: Any) -> Model:
-    """Z + term(u, |Z|²), where u, 1 without the effect, is solve(u, R, X, |Z|²) = ((residual), (bracket))."""
+BRAKE = (
+    Shape(
+        "R_v",
+        "{impedance}",
+        "min(port)",
+        0.3,
+        30.0,
+        4,
+        text="Bl²/R, by which a drive of constant voltage brakes",
+    ),
+    Shape("tau_v", "s", "1/max(omega)", 0.1, 10.0, 2, text="L/R of the coil, which delays that"),
+)
+
+
+def _at_drive(model: Model, port: Port, p: Values, id: str, solve: Any, term: Any) -> Model:
+    """Z + term(u, |Y|²), where u, 1 without the effect, is solve(u, R, X, |Y|²) = ((residual), (bracket)), and
+    Y = R + jX is Z with the brake."""
     unit = model[port.equation].unit
     u, square = Symbol(f"{id}_u", real=True), Symbol(f"{id}_Z_2", real=True)
 
     def between(Z: Any) -> tuple[Statement, ...]:
-        R = Equation(f"{id}_R", re(Z), unit, text="mechanical resistance without the effect")
-        X = Equation(f"{id}_X", im(Z), unit, text="mechanical reactance without the effect")
+        if "R_v" in p:
+            Z += p["R_v"] / (1 + j * port["omega"] * p["tau_v"])
+        R = Equation(f"{id}_R", re(Z), unit, text="resistance by which the amplitude is limited")
+        X = Equation(f"{id}_X", im(Z), unit, text="reactance by which the amplitude is limited")
         modulus = Equation(square.name, R**2 + X**2, f"({unit})**2", text="their squares' sum")
         residual, bracket = solve(u, R, X, modulus)
         return (
@@ -52,24 +68,8 @@ def _cubic(model: Model, port: Port, p: Values) -> Model:
         g = kappa * u / (w**3 * square**2)
         return u * ((1 - g * X) ** 2 + (g * R) ** 2) - 1, (0, 2 * square / R**2)
 
-    return _at_drive(model, port, "cubic_stiffness", solve, lambda u, square: kappa * u / (j * w**3 * square))
-
-
-def _at_levels(effect: Effect, name: str) -> Effect:
-    """The same law in sweeps of different levels, which is not known: its strength `name` is each one's own."""
-    (strength,) = effect.strengths
-
-    def apply(model: Model, port: Port, p: Values) -> Model:
-        return effect.apply(model, port, {strength.name: p[name]})
-
-    return replace(
-        effect,
-        says=f"{effect.says}; sweeps differ as they were made at different levels",
-        strengths=(replace(strength, name=name),),
-        apply=apply,
-        common=0.5,
-        each=True,
-        first=True,
+    return _at_drive(
+        model, port, p, "cubic_stiffness", solve, lambda u, square: kappa * u / (j * w**3 * square)
     )
 
 
@@ -91,7 +91,7 @@ def _quadratic(model: Model, port: Port, p: Values) -> Model:
     def solve(u: Any, R: Any, X: Any, square: Any) -> tuple[Any, Any]:
         return u**2 * ((R + delta * u / sqrt(square)) ** 2 + X**2) / square - 1, (0, 2)
 
-    return _at_drive(model, port, "quadratic_damping", solve, lambda u, square: delta * u / sqrt(square))
+    return _at_drive(model, port, p, "quadratic_damping", solve, lambda u, square: delta * u / sqrt(square))
 
 
 quadratic_at_drive = Effect(
@@ -104,9 +104,33 @@ quadratic_at_drive = Effect(
     needs=("omega",),
 )
 
+
+def _otherwise(effect: Effect, mark: str, says: str, brake: bool, each: bool) -> Effect:
+    """The same law with a `mark` on its parameters' names: braked by the drive, or in sweeps of levels that
+    are not known, with a strength of each one's own."""
+    (strength,) = effect.strengths
+    shapes = tuple(replace(q, name=f"{q.name}{mark}") for q in BRAKE) if brake else ()
+
+    def apply(model: Model, port: Port, p: Values) -> Model:
+        return effect.apply(model, port, {n.removesuffix(mark): q for n, q in p.items()})
+
+    return replace(
+        effect,
+        says=effect.says + says,
+        strengths=(replace(strength, name=f"{strength.name}{mark}"),),
+        apply=apply,
+        shapes=shapes,
+        common=0.5 if each else 1.0,
+        each=each,
+        first=each,
+    )
+
+
+VOLTAGE, LEVELS = ", at constant voltage", "; sweeps differ as they were made at different levels"
+LAWS = (cubic_at_drive, quadratic_at_drive)
 EFFECTS = (
-    cubic_at_drive,
-    quadratic_at_drive,
-    _at_levels(cubic_at_drive, "kappa_each"),
-    _at_levels(quadratic_at_drive, "delta_each"),
+    *LAWS,
+    *(_otherwise(e, "_v", VOLTAGE, True, False) for e in LAWS),
+    *(_otherwise(e, "_each", LEVELS, False, True) for e in LAWS),
+    *(_otherwise(e, "_v_each", VOLTAGE + LEVELS, True, True) for e in LAWS),
 )

@@ -89,8 +89,8 @@ piston_load = Effect(
 radiated_power = Effect(
     "radiation_load",
     ("mechanical_impedance",),
-    "sound is radiated by what is smaller than its wave: a resistance that grows with the square of frequency, "
-    "the medium that moves along being counted with the moving mass",
+    "sound is radiated by what is smaller than its wave: a resistance that grows with the square of "
+    "frequency, the medium that moves along being counted with the moving mass",
     "L. E. Kinsler et al., Fundamentals of Acoustics (2000), sec. 7.5: ρcS (ka)²/2, of a piston at low ka",
     (Strength("R_w", "{impedance}*s**2", text="resistance over the square of angular frequency"),),
     add_impedance(lambda at, p: p["R_w"] * at["omega"] ** 2),

@@ -255,6 +255,11 @@ def _of_their_own(
     if not owned:
         return case, tuple(series)
     own = replace(case, per_recording=(*case.per_recording, *(n for a in owned for n in a.shared)))
-    null = {n: q.null for a in owned if not a.effect.first for n, q in zip(a.shared, a.effect.strengths, strict=True)}
+    null = {
+        n: q.null
+        for a in owned
+        if not a.effect.first
+        for n, q in zip(a.shared, a.effect.strengths, strict=True)
+    }
     first = replace(series[0], constants={**series[0].constants, **null})
     return own, (first, *series[1:])

@@ -5,8 +5,7 @@ radiator is a mass, whatever its radius; a wide spectrum of relaxation times is 
 shape costs by how much narrower it is known than it was thought possible (Laplace's approximation of the
 evidence, as for `pasts`), else a law of one number more would be excluded by its price and not by the
 recordings. Laws of one id share what is thought of it beforehand: the more ways there are to say it, the
-less speaks for each. So do the two signs of a strength that may have either: a law that could have been
-right of one sign alone, as a passive element, has said more.
+less speaks for each.
 
 Sweeps alone: local information on a law with kinks tells little.
 """
@@ -33,7 +32,7 @@ range that is searched, say."""
 
 def fairly_priced(setting: Setting, outcome: Outcome, exempt: Callable[[Fit], bool]) -> Outcome:
     """The outcome of a search in sweeps with the evidence for all accounts that have as many effects as the
-    best one, by what their shapes cost; of them the best one, of single effects that of the likeliest name.
+    best one, by what their shapes cost; of them the best one, of single effects that of the likeliest id.
 
     `exempt`: those that pay in full, and aren't named.
     """
@@ -43,7 +42,7 @@ def fairly_priced(setting: Setting, outcome: Outcome, exempt: Callable[[Fit], bo
     ways, priced = _ways(setting.additions), {}
     for f in (best, *outcome.tried):
         if len(f.ids) == len(best.ids) and not exempt(f):
-            shared = 2 * sum(float(np.log(ways.get(a.id, 1.0) * _signs(a))) for a in f.hypothesis.added)
+            shared = 2 * sum(float(np.log(ways.get(i, 1.0))) for i in f.ids)
             priced[id(f)] = _priced(judge, replace(f, bic=f.bic + shared), best.bic)
     tried = tuple(priced.get(id(f), f) for f in outcome.tried)
     return replace(outcome, best=_likeliest(list(priced.values())), tried=tried)
@@ -57,30 +56,18 @@ def _ways(additions: Sequence[Addition]) -> dict[str, float]:
     return {i: sum(of.values()) / max(of.values()) for i, of in common.items()}
 
 
-def _signs(a: Addition) -> int:
-    """How many combinations of signs the strengths may have."""
-    return int(2 ** sum(q.bounds[0] < q.null < q.bounds[1] for q in a.effect.strengths))
-
-
 def _likeliest(fits: Sequence[Fit]) -> Fit:
-    """The best fit; of single effects that whose name is the likeliest to be right, by its id or else by its
-    family, each by all of its laws, held to be as good as the best."""
+    """The best fit; of single effects that of the id which is the likeliest by all of its laws, held to be
+    as good as the best."""
     best = min(fits, key=lambda f: f.bic)
     if len(best.ids) > 1:
         return best
-    right: dict[str, float] = {}
+    of_id: dict[str, float] = {}
     of_law = {f.hypothesis.key: f for f in fits}
     for f, x in zip(of_law.values(), weights(list(of_law.values())), strict=True):
-        (a,) = f.hypothesis.added
-        for name in (a.id, f"family {a.family}"):
-            right[name] = right.get(name, 0.0) + float(x)
-
-    def value(f: Fit) -> float:
-        (a,) = f.hypothesis.added
-        return right[a.id] + right[f"family {a.family}"]
-
-    first = max(fits, key=value).ids
-    return replace(min((f for f in fits if f.ids == first), key=lambda f: f.bic), bic=best.bic)
+        of_id[f.ids[0]] = of_id.get(f.ids[0], 0.0) + float(x)
+    first = max(of_id, key=lambda i: of_id[i])
+    return replace(min((f for f in fits if f.ids[0] == first), key=lambda f: f.bic), bic=best.bic)
 
 
 def _priced(judge: Judge, f: Fit, least: float) -> Fit:
