@@ -3,8 +3,8 @@ force or constant voltage.
 
 A coil fed with constant current pushes with a constant force, here 1. The moving side then has the
 amplitude a = 1/(ω|Z|), with Z the impedance at that amplitude: an implicit equation at each frequency. Fed
-with constant voltage it is braked as well, as by a dashpot Bl²/R: a = 1/(ω|Y|), Y = Z + Bl²/(R + jωL). Sweeps may have been
-made at levels that nobody wrote down: then each has a strength of its own.
+with constant voltage it is braked as well, as by a dashpot Bl²/R: a = 1/(ω|Y|), Y = Z + Bl²/(R + jωL).
+Sweeps may have been made at levels that nobody wrote down: then each has a strength of its own.
 """
 
 from dataclasses import replace
@@ -36,7 +36,7 @@ BRAKE = (
 
 
 def _at_drive(model: Model, port: Port, p: Values, id: str, solve: Any, term: Any) -> Model:
-    """Z + term(u, |Y|²), where u, 1 without the effect, is solve(u, R, X, |Y|²) = ((residual), (bracket)), and
+    """Z + term(u, |Y|²), where u, 1 without the effect, is solve(u, R, X, |Y|²) = ((residual), (bracket)) and
     Y = R + jX is Z with the brake."""
     unit = model[port.equation].unit
     u, square = Symbol(f"{id}_u", real=True), Symbol(f"{id}_Z_2", real=True)
