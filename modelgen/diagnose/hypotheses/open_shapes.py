@@ -5,7 +5,8 @@ radiator is a mass, whatever its radius; a wide spectrum of relaxation times is 
 shape costs by how much narrower it is known than it was thought possible (Laplace's approximation of the
 evidence, as for `pasts`), else a law of one number more would be excluded by its price and not by the
 recordings. Laws of one id share what is thought of it beforehand: the more ways there are to say it, the
-less speaks for each.
+less speaks for each. So do the two signs of a strength that may have either: a law that would have been
+wrong of the other sign, as a passive element, has said more.
 
 Sweeps alone: local information on a law with kinks tells little.
 """
@@ -42,7 +43,7 @@ def fairly_priced(setting: Setting, outcome: Outcome, exempt: Callable[[Fit], bo
     ways, priced = _ways(setting.additions), {}
     for f in (best, *outcome.tried):
         if len(f.ids) == len(best.ids) and not exempt(f):
-            shared = 2 * sum(float(np.log(ways.get(i, 1.0))) for i in f.ids)
+            shared = 2 * sum(float(np.log(ways.get(a.id, 1.0) * signs(a))) for a in f.hypothesis.added)
             priced[id(f)] = _priced(judge, replace(f, bic=f.bic + shared), best.bic)
     tried = tuple(priced.get(id(f), f) for f in outcome.tried)
     return replace(outcome, best=_likeliest(list(priced.values())), tried=tried)
@@ -54,6 +55,11 @@ def _ways(additions: Sequence[Addition]) -> dict[str, float]:
     for a in additions:
         common.setdefault(a.id, {})[id(a.effect)] = a.effect.common
     return {i: sum(of.values()) / max(of.values()) for i, of in common.items()}
+
+
+def signs(a: Addition) -> int:
+    """In how many ways the strengths' signs may be combined; those of repeats go together."""
+    return int(2 ** sum(q.bounds[0] < q.null < q.bounds[1] for q in a.effect.strengths))
 
 
 def _likeliest(fits: Sequence[Fit]) -> Fit:
