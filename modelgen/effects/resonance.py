@@ -88,27 +88,6 @@ MODES = (
 )
 
 
-def _beside(at: Port, p: Values) -> Any:
-    """Mobility jω m_5/(ω_5² − ω² + jωω_5/Q_5), m_5 over a mass."""
-    u = at["omega"] / p["omega_5"]
-    return p["m_5"] / p["omega_5"] * j * u / (1 - u**2 + j * u / p["Q_5"])
-
-
-mode_beside = Effect(
-    "second_mode",
-    ("mechanical_impedance",),
-    "the moving side has another mode, which the same force drives: their velocities add",
-    "D. J. Ewins, Modal Testing (2000), sec. 2.4: a sum over modes",
-    (Strength("m_5", "1/({impedance}*s)", text="1 over the mass of the mode"),),
-    change(lambda Z, at, p: Z / (1 + Z * _beside(at, p))),
-    (
-        Shape("omega_5", "rad/s", "omega", 0.7, 1.5, 160, text="its resonance"),
-        Shape("Q_5", "1", "1", 1.0, 500.0, 3, text="its quality factor"),
-    ),
-    needs=("omega",),
-    common=RARER,
-)
-
 LOSS = Shape("eta", "1", "1", 0.003, 0.5, 2, text="loss factor")
 
 
@@ -261,6 +240,6 @@ swinging_mass = Effect(
 )
 
 EFFECTS = (
-    *MODES, mode_beside, *JOINTS, distributed_rod, moving_rod,
+    *MODES, *JOINTS, distributed_rod, moving_rod,
     lossy_rod, swinging_mass,
 )  # fmt: skip
