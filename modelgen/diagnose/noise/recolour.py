@@ -42,7 +42,7 @@ def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judg
         return judge, base, fits
     new, base_then, then = judged_anew(s, replace(judge, whiteners=filters, temper=1.0), base, fits)
     led = min([base_then, *then], key=lambda f: f.bic)
-    if s.model.is_time_model and _size(led) > SPOILT * _size(best):
+    if s.model.is_time_model and _size(led) > max(SPOILT * _size(best), 1.0):
         return _uncoloured(s, judge, best, base, fits)
     return new, base_then, then
 
@@ -50,11 +50,12 @@ def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judg
 SPOILT = 1.25
 """Over time the best account under a colour leaves no more than this many times what the colour was taken
 from: more, it is no noise's. Each further colour would let more of the misfit pass, as long as it is smooth.
-(In sweeps each depth of the search begins without one.)"""
+Nothing is spoilt within the noise and what errors of the motion make. (In sweeps each depth of the search
+begins without a colour.)"""
 
 
 def _size(f: Fit) -> float:
-    """Rms of a fit's residual over the noise's level, whatever its colour."""
+    """Rms of a fit's residual over the noise's level and errors of the motion, whatever its colour."""
     white = plain_white(f)
     return float(np.sqrt(sum(np.sum(e**2) for e in white) / max(sum(map(np.count_nonzero, white)), 1)))
 
