@@ -69,6 +69,7 @@ def test_a_shorted_turn_is_a_permeability_that_relaxes(tmp_path: Path) -> None:
     s = 2j * np.pi * f
     (found,) = verdict(tmp_path, f, coil(f, 2e-4 * s / (1 + s / 2e4))).effects
     assert {"eddy_shunt", "permeability_relaxation"} <= {found.id, *found.equivalents}
+    assert "the same function" in (found.separating_experiment or "")
 
 
 @dataclass(frozen=True)

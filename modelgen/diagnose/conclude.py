@@ -189,8 +189,9 @@ MOST = 5
 """Hypotheses that may come back, that a recording has to exclude."""
 
 
-def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str | None:
-    """The recording that would separate this effect from its equivalents."""
+def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str:
+    """The recording that would separate this effect from its equivalents; without hypotheses to be separated
+    these are other names of the same law (`Effect.alike`)."""
     from modelgen.diagnose.experiment.separate import separate
 
     best = outcome.best
@@ -213,7 +214,11 @@ def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str | None:
         if not any(f is r for r in rivals)
         and f.bic - best.bic < CLOSE + (LAWS if set(f.ids) <= named else NEAR)
     ]
-    return separate(setting, outcome, best, [as_ranked(outcome, f) for f in rivals], near[:MOST])
+    told = separate(setting, outcome, best, [as_ranked(outcome, f) for f in rivals], near[:MOST])
+    if told is not None:
+        return told
+    same = " and ".join((s.addition.id, *s.equivalents))
+    return f"no recording of this menu would tell them apart: {same} are the same function of what was varied"
 
 
 def _trials(outcome: Outcome) -> tuple[Trial, ...]:
