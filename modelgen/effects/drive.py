@@ -12,7 +12,7 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values
+from modelgen.effects.effect import ANY, RARER, Effect, Shape, Strength, Values
 from modelgen.language import Equation, Implicit, Model, Parameter, Port, Statement, im, j, re, sqrt
 
 HARMONIC = "A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 4.1; first harmonic"
@@ -120,7 +120,7 @@ def _otherwise(effect: Effect, mark: str, says: str, brake: bool, each: bool) ->
         strengths=(replace(strength, name=f"{strength.name}{mark}"),),
         apply=apply,
         shapes=shapes,
-        common=0.5 if each else 1.0,
+        common=(RARER if brake else 1.0) * (0.5 if each else 1.0),
         each=each,
         first=each,
     )
