@@ -15,6 +15,7 @@ from modelgen.diagnose.noise.recolour import judged_anew, near_smooth, recolour,
 from modelgen.diagnose.noise.replica import TIMES, motion_matters, replicas, undeserved, unfair
 from modelgen.diagnose.noise.smooth_error import quietness, smooth_error, with_smooth
 from modelgen.diagnose.search.claim import gains, hidden, own_gain, worse
+from modelgen.diagnose.search.far import BENT, beyond_scatter
 from modelgen.diagnose.search.grow import grow
 from modelgen.diagnose.search.joint import joint
 from modelgen.diagnose.search.screen import Score
@@ -119,7 +120,8 @@ def _deeper(
     if not grown:
         return judge, base, best, []
     judge, base, grown, best = recolour_pairs(s, judge, base, grown, best)
-    if min(f.bic for f in grown) < best.bic - (0.0 if depth == 2 else ALARM):
+    far = depth == 2 and not s.model.is_time_model and beyond_scatter(best) > BENT
+    if far or min(f.bic for f in grown) < best.bic - (0.0 if depth == 2 else ALARM):
         more = [*grown, *_together(s, base, judge, scores, first, grown, depth)]
         more = swapped(s, base, judge, more, scores)
         judge, base, grown, best = recolour_pairs(s, judge, base, more, best)
