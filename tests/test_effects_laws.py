@@ -444,6 +444,8 @@ def test_play_of_a_linkage() -> None:
     assert np.allclose(F, np.mean(list(one.values()), axis=0), atol=1e-12)
     gap = force(find("backlash", "displacement", "g_0"), motion, {"k_D": 1.0}, g_0=g)
     assert np.allclose(gap, np.sign(motion["z"]) * np.maximum(np.abs(motion["z"]) - g, 0), atol=1e-12)
+    free = force(find("backlash", "displacement", "g_f"), motion, {"k_D": 1.0, "c_D": 0.1}, g_f=g)
+    assert np.allclose(free, gap + 0.1 * motion["v"] * (np.abs(motion["z"]) >= g), atol=1e-12)
 
 
 def test_friction_behind_a_clearance() -> None:
@@ -477,6 +479,29 @@ def test_friction_along_the_stroke() -> None:
     F = force(find("position_dependent_friction", "friction"), motion, base, kappa=0.3)
     same = force(find("inertia", "force"), motion, base, M=0.0)
     assert np.allclose(F, same * (1 + 0.3 * motion["z"]))
+
+
+def test_friction_by_direction() -> None:
+    motion, base = record(np.linspace(0, 2, 400), wobble), {"h_D": 0.4, "r_0": -1.0}
+    F = force(find("asymmetric_friction", "friction"), motion, base, delta=-0.3)
+    same = force(find("inertia", "force"), motion, base, M=0.0)
+    assert np.allclose(F, np.where(same > 0, 0.7, 1.3) * same)
+
+
+def test_friction_that_grows_with_speed() -> None:
+    """By a times ln(1 + v/v_a) in slip; its slope after a reversal grows as well or stays."""
+    t, base = np.linspace(0, 4, 40001), {"h_D": 0.4, "rho": 40.0, "r_0": -1.0}
+    shape: dict[str, dict[str, float]] = {"a_h": {"v_h": 0.5}, "a": {"v_a": 0.5}}
+    for speed in (0.2, 2.0):
+        turns = record(t, lambda x, v=speed: 4 * v * np.abs(x / 4 - np.floor(x / 4 + 0.5)))  # type: ignore[misc]
+        level = 1 + 0.3 * np.log(1 + speed / 0.5)
+        after = (t > 2.0005) & (t < 2.0005 + 0.002 / speed)
+        for name, given in shape.items():
+            F = force(find("rate_dependent_friction", "friction", name), turns, base, **{name: 0.3}, **given)
+            assert F[t < 1.9].max() == pytest.approx(0.4 * level, rel=1e-3)
+            slope = np.polyfit(turns["z"][after], F[after], 1)[0]
+            there = 0.4 * (level if name == "a_h" else 1.0) * 40.0 * 2
+            assert slope == pytest.approx(there, rel=0.12)
 
 
 @pytest.mark.parametrize(("n", "q", "rho"), [(2.0, 0.0, 5.0), (1.0, 0.0, 5.0), (1.5, 0.3, 15.0)])
@@ -657,7 +682,11 @@ def test_late_channels(tau: float) -> None:
     shown = force(find("sensor_delay", "sensor", needs="t"), motion, base, tau=tau)
     effect = np.abs(wobble(t - tau) - wobble(t)).max()
     assert np.abs(shown - 0.5 - wobble(t - tau))[late].max() < 1e-3 * effect
-    shown = force(find("force_sensor_lag", "sensor", needs="t"), motion, base, tau=tau)
+    shown = force(find("force_sensor_lag", "sensor", "window", needs="t"), motion, base, window=tau)
+    past = np.linspace(0, tau, 401)[:, None]
+    mean = np.trapezoid(wobble(t - past), dx=1 / 400, axis=0)  # over the window
+    assert np.abs(shown - 0.5 - mean)[late].max() < 1e-3 * effect
+    shown = force(find("force_sensor_lag", "sensor", "tau", needs="t"), motion, base, tau=tau)
     lag = solve_ivp(lambda x, y: (wobble(x) - y) / tau, (0, 4), [0.0], t_eval=t, rtol=1e-9, atol=1e-11).y[0]
     assert np.abs(shown - 0.5 - lag)[late].max() < 1e-3 * effect
 

@@ -165,11 +165,17 @@ gapped_friction = Effect(
 )
 
 
-def _dead_zone(model: Model, port: Port, p: Values) -> Model:
-    z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
-    g = p["g_0"]
-    motion = {k: x - within(x, g) for k, x in (("z", z), ("z_prev", z_prev), ("z_turn", z_turn))}
-    return moved(model, port, (), motion | {"v": v})
+def _dead_zone(half_gap: str, dashpot: bool) -> Apply:
+    """Within ± the half gap spring and friction rest; the dashpot, too, or it is driven all the same."""
+
+    def apply(model: Model, port: Port, p: Values) -> Model:
+        z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
+        g = p[half_gap]
+        motion = {k: x - within(x, g) for k, x in (("z", z), ("z_prev", z_prev), ("z_turn", z_turn))}
+        motion["v"] = Piecewise((v, Abs(z) >= g), (0, True)) if dashpot else v
+        return moved(model, port, (), motion)
+
+    return apply
 
 
 dead_zone = Effect(
@@ -178,8 +184,17 @@ dead_zone = Effect(
     "spring and friction have free play about the middle: within the gap only the dashpot is felt",
     "A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 4.1: dead zone",
     (Strength("g_0", "{z}", text="half of the gap", scale="displacement", low=0.01, high=0.3),),
-    _dead_zone,
+    _dead_zone("g_0", dashpot=False),
     needs=MOTION,
+)
+
+free_play = replace(
+    dead_zone,
+    says="there is free play about the middle: within the gap nothing is felt",
+    strengths=(Strength("g_f", "{z}", text="half of the gap", scale="displacement", low=0.01, high=0.3),),
+    apply=_dead_zone("g_f", dashpot=True),
+    secant=True,
+    common=0.5,
 )
 
 
@@ -240,6 +255,6 @@ gradual_backlash = Effect(
 )
 
 EFFECTS = (
-    backlash, loose_spring, dead_zone, gradual_backlash, gapped_friction,
+    backlash, loose_spring, dead_zone, free_play, gradual_backlash, gapped_friction,
     _stop(1), _stop(-1), _round_stop(1), _round_stop(-1),
 )  # fmt: skip

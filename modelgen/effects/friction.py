@@ -1,16 +1,19 @@
-"""Friction: slip laws other than Dahl's, and friction levels that change with speed."""
+"""Friction: slip laws other than Dahl's, and friction levels that change with speed, place and direction."""
 
 from collections.abc import Callable
-from math import inf
 from typing import Any
 
 from sympy import Symbol
 
 from modelgen.effects.clearance import within
-from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, add, change
-from modelgen.language import Abs, Equation, Model, Parameter, Port, State, exp, sign, sqrt
+from modelgen.effects.effect import ANY, RARER, Effect, Shape, Strength, Values, add, change
+from modelgen.language import Abs, Equation, Model, Parameter, Port, State, exp, log, sign, sqrt
 
 DAHL = "P. R. Dahl, Aerospace Corp. TOR-0158(3107-18)-1 (1968); MRE paper, eq. 8–9"
+STRENGTHENING = (
+    "J. H. Dieterich, J. Geophys. Res. 84 (1979) 2161; J. R. Rice, N. Lapusta, K. Ranjith, J. Mech. Phys. "
+    "Solids 49 (2001) 1865: velocity strengthening"
+)
 SLIPPED = Parameter(
     "second_dahl_element_past", "1", 0.0, (-1.0, 1.0), "state of the second element at the first sample"
 )
@@ -124,13 +127,38 @@ position_friction = Effect(
     ("friction",),
     "friction grows or falls along the stroke, as a guide gets tighter",
     "B. Armstrong-Hélouvry, Control of Machines with Friction (1991), ch. 4",
-    (Strength("kappa", "1/({z})", bounds=(-inf, inf), text="relative slope of the friction level"),),
+    (Strength("kappa", "1/({z})", bounds=ANY, text="relative slope of the friction level"),),
     change(lambda h, at, p: h * (1 + p["kappa"] * at["z"])),
     needs=("z",),
     common=0.5,
 )
 
+rate_dependent_friction = Effect(
+    "rate_dependent_friction",
+    ("friction",),
+    "friction grows with speed, in proportion at first, then with its logarithm; so does its stiffness "
+    "before slip",
+    STRENGTHENING,
+    (Strength("a_h", "1", text="rise of the friction where the speed grows e-fold"),),
+    change(lambda h, at, p: h * (1 + p["a_h"] * log(1 + Abs(at["v"]) / p["v_h"]))),
+    (Shape("v_h", "{v}", "speed", 0.01, 3.0, 6, text="speed at which the logarithm begins"),),
+    needs=("v",),
+    common=0.5,
+    instead=("stribeck_friction",),
+)
+
+asymmetric_friction = Effect(
+    "asymmetric_friction",
+    ("friction",),
+    "friction is greater in one direction than in the other",
+    "B. Armstrong-Hélouvry, Control of Machines with Friction (1991), ch. 4",
+    (Strength("delta", "1", bounds=ANY, text="half the difference of the two levels over their mean"),),
+    change(lambda h, at, p: h * (1 + p["delta"] * sign(at["r"]))),
+    needs=("r",),
+    common=0.5,
+)
+
 EFFECTS = (
-    second_dahl_element, second_slider, dahl_exponent, stribeck_friction,
-    coulomb_friction, stribeck_force, position_friction,
+    second_dahl_element, second_slider, dahl_exponent, stribeck_friction, coulomb_friction,
+    stribeck_force, position_friction, rate_dependent_friction, asymmetric_friction,
 )  # fmt: skip

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from sympy import Symbol
+from sympy import Rational, Symbol
 
-from modelgen.effects.effect import ANY, Apply, Effect, Strength, Values, at_start, change
+from modelgen.effects.effect import ANY, RARER, Apply, Effect, Strength, Values, at_start, change
 from modelgen.language import Max, Model, Port, State, cos, exp, j, sin, sqrt
 
 LATE = "one channel is recorded later than the other"
@@ -33,6 +33,30 @@ lag_of_response = Effect(
     needs=("omega",),
 )
 
+SECOND_ORDER = (
+    "the force channel has a low-pass filter of second order, or shows the mean over a window that ends now"
+)
+BESSEL = (
+    "W. E. Thomson, Proc. IEE 96 (1949) 487: Bessel's filter 1/P, P = 1 + jωτ/2 − (ωτ)²/12; with Padé's "
+    "P(−)/P for e^(−jωτ) it is the mean (1 − e^(−jωτ))/(jωτ) over τ, right to (ωτ)⁴/720"
+)
+
+
+def _bessel(x: Any) -> Any:
+    return 1 + x / 2 + x**2 / 12
+
+
+smoothed_response = Effect(
+    "force_sensor_lag",
+    ("sensor",),
+    SECOND_ORDER,
+    BESSEL,
+    (Strength("window", "s", text="window of the mean"),),
+    change(lambda K, at, p: K / _bessel(j * at["omega"] * p["window"])),
+    needs=("omega",),
+    common=RARER,
+)
+
 # In time, the recorded force is F − y, with y the rate of F, filtered, times τ. F is a parabola through the
 # last three samples (as far apart as the last two), each step of y is exact: for τ far below the sampling
 # interval F − τ dF/dt is left, and at τ = 0 F itself.
@@ -44,15 +68,16 @@ GONE = 40.0
 Filter = Callable[[str, Any, Any, Any, Any], tuple[State, ...]]
 
 
-def _late(id: str, states: Filter, share: float) -> Apply:
-    """F − y, where `states` gives the states that make up y, the first being y itself.
+def _late(id: str, states: Filter, share: float, y: tuple[tuple[str, Any], ...] = (("y", 1),)) -> Apply:
+    """F less the sum `y` of so much of each of these `states`.
 
     They get the id, what y would be at the step's start and end if it had settled on the ramp u = τ dF/dt,
     which is u − share·τ u', what τ y' would be, and Δt/τ.
     """
 
     def apply(model: Model, port: Port, p: Values) -> Model:
-        tau, dt, unit = p["tau"], port["t"] - port["t_prev"], model[port.equation].unit
+        (tau,) = p.values()
+        dt, unit = port["t"] - port["t_prev"], model[port.equation].unit
         start = at_start(model, model[port.equation])
         before = State(f"{id}_F", start, 0, unit=unit, text="force at the sample before")
         rise = State(f"{id}_rise", 0, 0, unit=unit, text="its rise to that sample")
@@ -66,7 +91,8 @@ def _late(id: str, states: Filter, share: float) -> Apply:
             made = tuple(replace(s, unit=unit) for s in filtered)
             return (*made, replace(rise, update=now), replace(before, update=F))
 
-        return model.extend(port.equation, lambda F: F - Symbol(f"{id}_y", real=True), statements=memory)
+        kept = sum(part * Symbol(f"{id}_{name}", real=True) for name, part in y)
+        return model.extend(port.equation, lambda F: F - kept, statements=memory)
 
     return apply
 
@@ -112,4 +138,14 @@ force_sensor_lag = Effect(
     needs=("t", "t_prev"),
 )
 
-EFFECTS = (delay_of_response, lag_of_response, sensor_delay, force_sensor_lag)
+# With z the all-pass's y, P z = τ F', the mean F/P is F − (P − 1) F/P = F − (z/2 + τ z'/12).
+
+smoothed_force = replace(
+    smoothed_response,
+    apply=_late("force_sensor_lag", _all_pass, 0.5, (("y", Rational(1, 2)), ("rate", Rational(1, 12)))),
+    needs=("t", "t_prev"),
+)
+
+EFFECTS = (
+    delay_of_response, lag_of_response, smoothed_response, sensor_delay, force_sensor_lag, smoothed_force,
+)  # fmt: skip

@@ -1,26 +1,23 @@
-"""Friction whose level falls with speed while its stiffness before slip stays (LuGre's law without bristle
+"""Friction whose level changes with speed while its stiffness before slip stays (LuGre's law without bristle
 damping)."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 from sympy import Symbol
 
 from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, at_start
-from modelgen.language import Abs, Equation, Model, Port, State, exp
+from modelgen.effects.friction import STRENGTHENING
+from modelgen.language import Abs, Equation, Model, Port, State, exp, log
 
 
-def _falling(name: str, beta: str, v_s: str, power: int) -> Apply:
-    """ṙ = ρ(v − |v| r/g(v)) with level g = 1 + β exp(−|v/v_s|^power), which is called `name`."""
-
-    def apply(model: Model, port: Port, p: Values) -> Model:
-        rise = p[beta] * exp(-(Abs(port["v"] / p[v_s]) ** power))
-        return _falling_level(model, port, name, rise)
-
-    return apply
+def _level(name: str, rise: Callable[[Any, Values], Any]) -> Apply:
+    """ṙ = ρ(v − |v| r/g(v)) with level g = 1 + `rise`(|v|, p), which is called `name`."""
+    return lambda model, port, p: _levelled(model, port, name, rise(Abs(port["v"]), p))
 
 
-def _falling_level(model: Model, port: Port, name: str, rise: Any) -> Model:
+def _levelled(model: Model, port: Port, name: str, rise: Any) -> Model:
     """ṙ = ρ(v − |v| r/g) with level g = 1 + rise: the state is carried as r/g, which slips at 1.
 
     Friction becomes h g, the inverse slip length ρ/g; when g changes, r/g changes so that the force does not.
@@ -65,7 +62,7 @@ stribeck_slip = Effect(
     "friction falls with speed, as a film of lubricant or of wear builds up; its stiffness before slip stays",
     "C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419",
     (Strength("beta", "1", text="rise of the friction at rest over that at speed"),),
-    _falling("stribeck_g", "beta", "v_s", 1),
+    _level("stribeck_g", lambda v, p: p["beta"] * exp(-v / p["v_s"])),
     (Shape("v_s", "{v}", "speed", 0.02, 1.0, 8, text="Stribeck velocity"),),
     needs=("v", "r"),
 )
@@ -77,10 +74,25 @@ stribeck_bell = Effect(
     "before slip stays",
     stribeck_slip.source + ": exp(−(v/v_s)²)",
     (Strength("beta_2", "1", text="rise of the friction at rest over that at speed"),),
-    _falling("stribeck_bell_g", "beta_2", "v_2", 2),
+    _level("stribeck_bell_g", lambda v, p: p["beta_2"] * exp(-((v / p["v_2"]) ** 2))),
     (Shape("v_2", "{v}", "speed", 0.02, 1.0, 8, text="Stribeck velocity"),),
     needs=("v", "r"),
     common=0.5,
+)
+
+
+strengthening_slip = Effect(
+    "rate_dependent_friction",
+    ("friction",),
+    "friction grows with speed, in proportion at first, then with its logarithm; its stiffness before slip "
+    "stays",
+    STRENGTHENING,
+    (Strength("a", "1", text="rise of the friction where the speed grows e-fold"),),
+    _level("strengthening_g", lambda v, p: p["a"] * log(1 + v / p["v_a"])),
+    (Shape("v_a", "{v}", "speed", 0.01, 3.0, 6, text="speed at which the logarithm begins"),),
+    needs=("v", "r"),
+    common=0.5,
+    instead=("stribeck_friction",),
 )
 
 
@@ -107,4 +119,4 @@ relaxing_friction = Effect(
     needs=("r", "t", "t_prev"),
 )
 
-EFFECTS = (stribeck_slip, stribeck_bell, relaxing_friction)
+EFFECTS = (stribeck_slip, stribeck_bell, strengthening_slip, relaxing_friction)
