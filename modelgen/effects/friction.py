@@ -1,6 +1,7 @@
 """Friction: slip laws other than Dahl's, and friction levels that change with speed, place and direction."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from sympy import Symbol
@@ -92,6 +93,16 @@ stribeck_friction = Effect(
     needs=("v",),
 )
 
+stribeck_level = replace(
+    stribeck_friction,
+    says=stribeck_friction.says.replace("speed,", "speed as a bell, flat about rest,", 1),
+    source=stribeck_friction.source + ": exp(−(v/v_b)²)",
+    strengths=(Strength("beta_b", "1", text="rise of the friction at rest over that at speed"),),
+    apply=change(lambda h, at, p: h * (1 + p["beta_b"] * exp(-((at["v"] / p["v_b"]) ** 2)))),
+    shapes=(Shape("v_b", "{v}", "speed", 0.02, 1.0, 8, text="Stribeck velocity"),),
+    common=0.5,
+)
+
 coulomb_friction = Effect(
     "coulomb_friction",
     ("force",),
@@ -159,6 +170,6 @@ asymmetric_friction = Effect(
 )
 
 EFFECTS = (
-    second_dahl_element, second_slider, dahl_exponent, stribeck_friction, coulomb_friction,
-    stribeck_force, position_friction, rate_dependent_friction, asymmetric_friction,
+    second_dahl_element, second_slider, dahl_exponent, stribeck_friction, stribeck_level,
+    coulomb_friction, stribeck_force, position_friction, rate_dependent_friction, asymmetric_friction,
 )  # fmt: skip
