@@ -61,21 +61,18 @@ def inputs(model: str) -> dict[str, np.ndarray]:
 CASES = [(m, e, p) for m in MODELS for e in CATALOGUE for p in e.fits(load(m))]
 NAMES = [f"{m}-{e.id}-{p.kind}-{e.strengths[0].name}" for m, e, p in CASES]
 SHAPES = {
-    "v_h": 2.0,
     "A_c": 0.5,
     "z_2": 0.3,
     "n": 0.6,
     "a": 0.6,
     "alpha": 0.4,
     "Q": 5.0,
-    "v_s": 2.0,
-    "v_2": 2.0,
     "v_0": 0.05,
     "s_c": 30.0,
     "n_R": 50.0,
     "n_K": 50.0,
 }
-LARGE = {"1": 0.6, "omega": 3e3, "1/max(omega)": 2e-5, "displacement": 0.5, "position": 0.4}
+LARGE = {"1": 0.6, "omega": 3e3, "1/max(omega)": 2e-5, "displacement": 0.5, "position": 0.4, "speed": 2.0}
 
 
 def shape_value(q: Shape, model: str) -> float:
