@@ -25,26 +25,30 @@ def _bouc_wen(model: Model, port: Port, p: Values) -> Model:
     old = port["r"]
     name = "bouc_wen_r"
 
-    def rate(y: Any) -> Any:
-        u = 1 - exp(-y)
-        size = (Abs(u) + LEAST) ** p["n"]
-        slope = Piecewise((1 - size, u > 0), (1 + p["q"] * size, True)) / Max(1 - u, NONE)
-        return exp(-(b - 1) * y) * Piecewise((p["n"], u > 1 - 1e-7), (slope, True)) ** b
+    def rate(y: Any, left: Any) -> Any:
+        """dy by ρ |dz|; left: exp(−y), which is 1 − u."""
+        size = (Abs(1 - left) + LEAST) ** p["n"]
+        slope = Piecewise((1 - size, left < 1), (1 + p["q"] * size, True)) / _something(left)
+        return exp(-(b - 1) * y) * Piecewise((p["n"], left < 1e-7), (slope, True)) ** b
 
     def stroke(r: Any, dz: Any, mark: str) -> tuple[list[Equation], Any]:
-        """Equations of the way from state r by a displacement dz, and the state there."""
+        """Equations of the way from state r by a displacement dz, and the state there. Short ones: what
+        stands in a larger one is looked through again and again."""
         way = Equation(f"{name}_{mark}", Piecewise((1, dz >= 0), (-1, True)))
-        step = rho * Abs(dz) / PARTS
-        done = [way, Equation(f"{name}_{mark}_0", -log(Max(1 - way.symbol * r, NONE)))]
+        length = Equation(f"{name}_{mark}_step", rho * Abs(dz) / PARTS)
+        done = [way, length, Equation(f"{name}_{mark}_0", -log(_something(1 - way.symbol * r)))]
+        step = length.symbol
         for k in range(PARTS):
             y = done[-1].symbol
-            slopes: list[Equation] = []
+            slopes: list[Any] = []
             for part in (0, 1, 1, 2):
-                at = y + step * slopes[-1].symbol * part / 2 if slopes else y
-                slopes.append(Equation(f"{name}_{mark}_{k}_{len(slopes)}", rate(at)))
-            one, two, three, four = (s.symbol for s in slopes)
-            y = y + step * (one + 2 * two + 2 * three + four) / 6
-            done += [*slopes, Equation(f"{name}_{mark}_{k + 1}", y)]
+                stage = f"{name}_{mark}_{k}_{len(slopes)}"
+                at = Equation(f"{stage}_y", y + step * slopes[-1] * part / 2 if slopes else y)
+                left = Equation(f"{stage}_left", exp(-at.symbol))
+                done += [at, left, Equation(stage, rate(at.symbol, left.symbol))]
+                slopes.append(done[-1].symbol)
+            one, two, three, four = slopes
+            done.append(Equation(f"{name}_{mark}_{k + 1}", y + step * (one + 2 * two + 2 * three + four) / 6))
         return done, way.symbol * (1 - exp(-done[-1].symbol))
 
     to_turn, turned = stroke(Symbol(name, real=True), port["z_turn"] - port["z_prev"], "turn")
@@ -53,6 +57,11 @@ def _bouc_wen(model: Model, port: Port, p: Values) -> Model:
     r = State(name, at_start(model, old), now, text="friction state by Bouc and Wen")
     statements: tuple[Statement, ...] = (*to_turn, turn, *from_turn, r)
     return model.extend(F_r.name, lambda F: F + h * (r.symbol - old), statements=statements)
+
+
+def _something(x: Any) -> Any:
+    """x, or NONE where that is more; sympy need not find out which it is."""
+    return Max(x, NONE, evaluate=False)
 
 
 def _quantity(model: Model, kind: str) -> Any:
