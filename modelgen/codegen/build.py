@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from functools import cache, lru_cache, partial
 from pathlib import Path
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -96,22 +97,25 @@ def build_many(
     """
     level = (QUICK if any(m.is_time_model for m, _ in models) else WIDE) if quick else FAST
     keys = [_key(m, wrt, kernels, measures, level) for m, wrt in models]
-    found = {k: _remembered(k) for k in set(keys)}
-    missing = {k: mw for k, mw in zip(keys, models, strict=True) if found[k] is None}
+    codes = {k: code.best for k in keys if (code := _codes.get(k)) is not None}
+    found = {k: _remembered(k) for k in dict.fromkeys(keys) if k not in codes}
+    missing = {k: mw for k, mw in zip(keys, models, strict=True) if k in found and found[k] is None}
     if missing:
         at_once = quick and len(missing) > 1 and available()
         for sources, library in _built(missing, kernels, measures, None if at_once else level):
             for k, source in sources.items():
                 found[k] = (source, library)
                 _remember(k, source, library)
-    codes = {
-        k: _code(k, *kept, level, WORTH if k in missing else AGAIN)
-        for k, kept in found.items()
-        if kept is not None
-    }
+    for k, kept in found.items():
+        if kept is not None:
+            _codes[k] = codes[k] = _code(k, *kept, level, WORTH if k in missing else AGAIN)
     return [
         _function(m, w, Tiers(partial(codes.__getitem__, k))) for k, (m, w) in zip(keys, models, strict=True)
     ]
+
+
+_codes: WeakValueDictionary[str, Code] = WeakValueDictionary()
+"""What is loaded, as long as functions hold it: a search comes back to the same models."""
 
 
 def _code(key: str, source: Source, library: Path | None, level: tuple[str, ...], worth: float) -> Code:

@@ -60,8 +60,12 @@ class Code:
     @property
     def addresses(self) -> dict[str, Any]:
         """Kernels by name, ready to be called. They are there as long as this object."""
-        better = self.rise and self.rise.there()
-        return better.addresses if better else self._own
+        return self.best._own
+
+    @property
+    def best(self) -> Code:
+        """The library that this gives way to, if it is there, else this."""
+        return (self.rise and self.rise.there()) or self
 
     @cached_property
     def _own(self) -> dict[str, Any]:

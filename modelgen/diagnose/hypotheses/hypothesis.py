@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import inf
 
 import numpy as np
@@ -213,6 +213,12 @@ def centre(p: Parameter) -> float:
     return max(low, 0.0) if low > -inf else min(high, 0.0)
 
 
+@lru_cache(maxsize=1024)
+def _extended(model: Model, added: tuple[Addition, ...]) -> Model:
+    """`model` with the effects, one after another: sets begin alike, and a search comes back to them."""
+    return added[-1].extend(_extended(model, added[:-1])) if added else model
+
+
 def make_hypotheses(
     model: Model, case: Case, series: Sequence[Series], sets: Sequence[tuple[Addition, ...]]
 ) -> list[Hypothesis]:
@@ -220,15 +226,11 @@ def make_hypotheses(
     effect beside one that it is `instead` of, is left out."""
     made: list[tuple[tuple[Addition, ...], Model, Layout, tuple[Series, ...]]] = []
     count = sum(s.data.size for s in series)
-    known: dict[tuple[Addition, ...], Model] = {(): model}  # sets begin alike
     for added in sets:
         if any(a.id in b.effect.instead for a in added for b in added):
             continue
         try:
-            for k, a in enumerate(added, 1):
-                if added[:k] not in known:
-                    known[added[:k]] = a.extend(known[added[: k - 1]])
-            extended = known[added]
+            extended = _extended(model, added)
             own_case, own_series = _of_their_own(added, case, series)
             layout = make_layout(extended, own_case, own_series)
         except InputError:
