@@ -87,12 +87,14 @@ class Compiled:
     def residuals(self, theta: Array) -> Array:
         """Whitened residuals (N,), recording by recording, in each channel by channel; (m, N) at the rows of
         θ (m, p)."""
-        (table, keep), rows = self.tables(apart=True), np.ascontiguousarray(np.atleast_2d(theta), dtype=float)
+        begun, (table, keep) = thread_time(), self.tables(apart=True)
+        rows = np.ascontiguousarray(np.atleast_2d(theta), dtype=float)
         found = np.empty((len(rows), sum(r.size for r in self.recordings)))
         call, of = library().mg_noise_residuals, (ctypes.addressof(table), len(table))
         for at, to in zip(_rows(rows), _rows(found), strict=True):
             call(*of, at, to)
         del keep
+        self._worked(begun)
         return found.reshape(*np.shape(theta)[:-1], -1)
 
     def columns(self, theta: Array, wanted: Sequence[int]) -> Array:
