@@ -19,7 +19,8 @@ ROUNDS = 4
 BEST, FEW = 10, 3
 """Effects that are tried in the place of one, and where fits are dear."""
 LOOSE = 3.0
-"""Those that promise to leave so many times the χ² of the best are not."""
+"""Those that promise to leave so many times the χ² of the best are not, and those that a few steps have left
+with so much do not go on."""
 CROSSED = 2
 """The best of each place that are tried together."""
 Key = frozenset[tuple[str, str, int]]
@@ -115,7 +116,7 @@ def _exchanges(
     fits = [alone] if kept else []
     for h in made:
         starts = [h.place(rest, p.theta, p.values) for p in found[h.added[-1].key]]
-        fits.append(judge.fit(h, starts))
+        fits.append(judge.fit(h, starts, worth=LOOSE * best.chi2))
     return fits
 
 
@@ -170,7 +171,7 @@ def _crossed(s: Setting, judge: Judge, best: Fit, found: dict[Key, Fit]) -> list
         if x.id != y.id and frozenset((x.key, y.key)) not in found
     }
     made = make_hypotheses(s.model, s.case, s.series, [(x, y) for x, _, y, _ in chosen.values()])
-    return [judge.fit(h, _starts(h, *chosen[h.key])) for h in made]
+    return [judge.fit(h, _starts(h, *chosen[h.key]), worth=LOOSE * best.chi2) for h in made]
 
 
 def _guided(judge: Judge, best: Fit, found: Mapping[Key, Fit]) -> list[Fit]:
@@ -183,7 +184,8 @@ def _guided(judge: Judge, best: Fit, found: Mapping[Key, Fit]) -> list[Fit]:
             a = next(a for a in f.hypothesis.added if a.key in other)
             own = dict(zip(f.hypothesis.names, f.theta.tolist(), strict=True))
             own = {n: v for n, v in own.items() if n.startswith(f"{a.id}_")}
-            fits.append(judge.fit(f.hypothesis, [f.hypothesis.place(best.hypothesis, best.theta, own)]))
+            start = f.hypothesis.place(best.hypothesis, best.theta, own)
+            fits.append(judge.fit(f.hypothesis, [start], worth=LOOSE * best.chi2))
     return fits
 
 
