@@ -161,6 +161,30 @@ class Judge:
         return fit.hypothesis.experiment.linearised(fit.theta, self.whiteners)
 
 
+@dataclass(frozen=True)
+class Remembering(Judge):
+    """A judge who does not fit again, in one and the same series, what has been fitted from the same starts.
+
+    done: those fits, by the hypothesis' key and its starts.
+    """
+
+    done: dict[tuple[object, ...], Fit] = field(default_factory=dict)
+
+    def fit(
+        self,
+        h: Hypothesis,
+        starts: Iterable[Array],
+        iterations: int = 60,
+        worth: float = np.inf,
+        few: int = 1,
+    ) -> Fit:
+        begun = [np.asarray(x) for x in starts]
+        key = (h.key, iterations, few, *(x.tobytes() for x in begun))
+        if key not in self.done:
+            self.done[key] = super().fit(h, begun, iterations, worth, few)
+        return self.done[key]
+
+
 def _leading(ends: Sequence[tuple[float, Array]], few: int = 1) -> list[tuple[float, Array]]:
     """Those of `ends`, best first, that are near the best one or among the first few, without what is the
     same."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis, make_hypotheses
-from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, Remembering
 from modelgen.diagnose.hypotheses.setting import Setting
 from modelgen.diagnose.search.far import BENT, beyond_scatter
 from modelgen.diagnose.search.grow import points_of
@@ -36,6 +36,7 @@ def swapped(s: Setting, base: Fit, judge: Judge, fits: Sequence[Fit], scores: Se
     found = {f.hypothesis.key: f for f in sorted(fits, key=lambda f: -f.bic)}
     if not fits or not s.cheap:
         return list(fits)
+    judge = Remembering(**vars(judge))  # rounds come back to the same fits; what they are worth only falls
     done: set[tuple[Key, bool]] = set()
     every = False
     for _ in range(ROUNDS):
