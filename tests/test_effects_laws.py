@@ -189,6 +189,20 @@ def test_rods_are_chains_of_small_masses_and_springs(held: bool) -> None:
     assert np.allclose(law, Z, rtol=2e-3)
 
 
+def test_a_rod_that_loses_energy_has_a_mass_that_does_not() -> None:
+    """K complex, m real: kl = ω √(m/K), and far below its resonances the rod is K − ω² m/3."""
+    rod, model = find("distributed_rod", "stiffness", "tau2"), "magnetostrictive_transducer"
+    K, _ = at_port(rod, model, tau2=0.0)
+    assert np.all(K.imag > 0.005 * K.real)
+    for top in (0.02, 3.0):
+        _, new = at_port(rod, model, tau2=(top / w.max()) ** 2)
+        m = K.real * (top / w.max()) ** 2
+        kl = w * np.sqrt(m / K)
+        assert np.allclose(new, K * kl / np.tan(kl), rtol=1e-9)
+    _, new = at_port(rod, model, tau2=(0.02 / w.max()) ** 2)
+    assert np.all(np.abs((new - K).imag) < 1e-5 * np.abs((new - K).real))
+
+
 def test_radiation_is_a_mass_below_and_a_resistance_above() -> None:
     e = find("radiation_load", "mechanical_impedance")
     old, new = at_port(e, R=3.0, tau=1e-7)

@@ -17,7 +17,7 @@ from modelgen.effects.effect import (
     change,
     unit_of,
 )
-from modelgen.language import Model, Port, State, cos, exp, j, sin, sqrt
+from modelgen.language import Model, Port, State, cos, exp, j, re, sin, sqrt
 
 Law = Callable[[Port, Values], Any]
 
@@ -151,9 +151,9 @@ def xcotx(q: Any) -> Any:
 
 def _rod(lossy: bool) -> Effect:
     """A rod with one end held. The time that a wave needs along it says where its resonances are, whatever
-    its stiffness; its mass is K τ²."""
+    its stiffness; its mass is K τ², and real also where K loses energy: there waves do, too."""
     says, tau2 = ("waves run in the rod and fade", "tau2_eta") if lossy else ("waves run in the rod", "tau2")
-    loss = ", (kl)² = (ωτ)²(1 − jη)" if lossy else ", kl = ωτ, by its own mass K τ²"
+    loss = ", (kl)² = (ωτ)²(1 − jη) Re K/K" if lossy else ", (kl)² = (ωτ)² Re K/K, by its own mass Re K τ²"
     fades = "; complex wavenumber: L. Cremer, M. Heckl, B. Petersson, Structure-Borne Sound (2005), ch. 3"
     return Effect(
         "distributed_rod",
@@ -168,7 +168,9 @@ def _rod(lossy: bool) -> Effect:
             ),
         ),
         change(
-            lambda K, at, p: K * xcotx(at["omega"] ** 2 * p[tau2] * (1 - j * p["eta"] if lossy else 1))
+            lambda K, at, p: (
+                K * xcotx(at["omega"] ** 2 * p[tau2] * (1 - j * p["eta"] if lossy else 1) * re(K) / K)
+            )
         ),
         (LOSS,) if lossy else (),
         needs=("omega",),
