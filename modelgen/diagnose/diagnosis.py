@@ -22,7 +22,7 @@ from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, recor
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.between import smoothly_driven
 from modelgen.diagnose.noise.floor import no_finer_than_rounded, parted, slanted
-from modelgen.diagnose.noise.glitches import bursts, laid_open
+from modelgen.diagnose.noise.glitches import bursts, laid_open, rather
 from modelgen.diagnose.noise.noise import marked, masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.diagnose.noise.thin import thin
@@ -266,9 +266,12 @@ def _searched(
     seen = laid_open(outcome.base, outcome.best, ground.bare, ground.marks) if few else None
     if seen is None:
         return ground, setting, outcome
-    ground = prepare(model, case, seed, seen)
-    setting = set_up(model, case, ground, catalogue)
-    return ground, setting, search(setting, ground.base, ground.judge, progress)
+    again = prepare(model, case, seed, seen)
+    anew = set_up(model, case, again, catalogue)
+    found = search(anew, again.base, again.judge, progress)
+    if rather(outcome.judge, outcome.best, found.best):
+        return ground, setting, outcome
+    return again, anew, found
 
 
 def _port_values(model: Model, fit: Fit, k: int) -> dict[str, Array]:

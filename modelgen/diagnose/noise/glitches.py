@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from modelgen.diagnose.hypotheses.evidence import effective
+from modelgen.diagnose.hypotheses.evidence import bic, effective
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, moving
+from modelgen.diagnose.hypotheses.setting import ALARM
 from modelgen.diagnose.noise.noise import FITS, GROSS, outliers_of
 from modelgen.fit.series import Array, Series
 
@@ -48,6 +49,19 @@ def laid_open(base: Fit, best: Fit, bare: Sequence[Series], marks: Sequence[Arra
             return None
         weight += float(np.sum(white[:, found[-1] & ~known] ** 2) + np.sum(pulled[k][pulls]))
     return found if weight > HIDDEN else None
+
+
+def rather(judge: Judge, best: Fit, without: Fit) -> bool:
+    """Whether what was found first is by far the better account of all samples, those too that were taken out
+    for the one found `without` them: each counts no more than an outlier does, as a narrow resonance may have
+    a few."""
+
+    def evidence(f: Fit) -> float:
+        white = f.hypothesis.experiment.whitened(f.theta, judge.whiteners)
+        own = ALARM * len(f.ids)
+        return own + bic(white, judge.prior, f.parameters, robust=True, temper=judge.temper)
+
+    return evidence(best) < evidence(without) - ALARM
 
 
 def _stands_out(gain: Array) -> Array:
