@@ -17,7 +17,7 @@ from modelgen.effects.effect import (
     change,
     unit_of,
 )
-from modelgen.language import Model, Port, State, cos, exp, j, re, sin, sqrt
+from modelgen.language import Model, Port, State, cos, exp, im, j, re, sin, sqrt
 
 Law = Callable[[Port, Values], Any]
 
@@ -149,6 +149,11 @@ def xcotx(q: Any) -> Any:
     return tail
 
 
+def _lossy(K: Any) -> Any:
+    """K/Re K, in numbers whose powers are of no size."""
+    return 1 + j * im(K) / re(K)
+
+
 def _rod(lossy: bool) -> Effect:
     """A rod with one end held. The time that a wave needs along it says where its resonances are, whatever
     its stiffness; its mass is K τ², and real also where K loses energy: there waves do, too."""
@@ -169,7 +174,7 @@ def _rod(lossy: bool) -> Effect:
         ),
         change(
             lambda K, at, p: (
-                K * xcotx(at["omega"] ** 2 * p[tau2] * (1 - j * p["eta"] if lossy else 1) * re(K) / K)
+                K * xcotx(at["omega"] ** 2 * p[tau2] * (1 - j * p["eta"] if lossy else 1) / _lossy(K))
             )
         ),
         (LOSS,) if lossy else (),
