@@ -16,7 +16,7 @@ from modelgen.fit.series import Array
 
 ROUNDS = 4
 """Exchanges one after another."""
-BEST, FEW = 10, 3
+BEST, FEW = 10, 6
 """Effects that are tried in the place of one, and where fits are dear."""
 LOOSE = 3.0
 """Those that promise to leave so many times the χ² of the best are not, and those that a few steps have left
