@@ -28,7 +28,7 @@ def _bouc_wen(model: Model, port: Port, p: Values) -> Model:
     def rate(y: Any, left: Any) -> Any:
         """dy by ρ |dz|; left: exp(−y), which is 1 − u."""
         size = (Abs(1 - left) + LEAST) ** p["n"]
-        slope = Piecewise((1 - size, left < 1), (1 + p["q"] * size, True)) / _something(left)
+        slope = Piecewise((1 - size, left < 1), (1 + p["q"] * size, True)) / _no_less(left)
         return exp(-(b - 1) * y) * Piecewise((p["n"], left < 1e-7), (slope, True)) ** b
 
     def stroke(r: Any, dz: Any, mark: str) -> tuple[list[Equation], Any]:
@@ -36,7 +36,7 @@ def _bouc_wen(model: Model, port: Port, p: Values) -> Model:
         stands in a larger one is looked through again and again."""
         way = Equation(f"{name}_{mark}", Piecewise((1, dz >= 0), (-1, True)))
         length = Equation(f"{name}_{mark}_step", rho * Abs(dz) / PARTS)
-        done = [way, length, Equation(f"{name}_{mark}_0", -log(_something(1 - way.symbol * r)))]
+        done = [way, length, Equation(f"{name}_{mark}_0", -log(_no_less(1 - way.symbol * r)))]
         step = length.symbol
         for k in range(PARTS):
             y = done[-1].symbol
@@ -59,8 +59,8 @@ def _bouc_wen(model: Model, port: Port, p: Values) -> Model:
     return model.extend(F_r.name, lambda F: F + h * (r.symbol - old), statements=statements)
 
 
-def _something(x: Any) -> Any:
-    """x, or NONE where that is more; sympy need not find out which it is."""
+def _no_less(x: Any) -> Any:
+    """x, no less than NONE; sympy need not find out which it is."""
     return Max(x, NONE, evaluate=False)
 
 
