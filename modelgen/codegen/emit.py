@@ -115,7 +115,7 @@ def _render(
 ) -> tuple[str, str]:
     text = "\n".join([*(k.code for k in kernels), *(line for r in roots for line in r["body"])])
     used = set(re.findall(r"\bmg_\w+", text))
-    if {"mg_eddy_factor", "mg_eddy_deficit", "mg_xcotx", "mg_xcotx_slope"} & used:
+    if {"mg_eddy_factor", "mg_eddy_deficit"} & used:
         used.add("mg_complex")
     for family in ("mg_dahl_step", "mg_bouc_wen_step"):
         used |= {family for name in used if name.startswith(family)}

@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, add, change, unit_omega
-from modelgen.effects.resonance import xcotx
+from modelgen.effects.resonance import over, xcotx
 from modelgen.language import Model, Port, eddy_factor, j
 
 lead_resistance = Effect(
@@ -87,7 +87,8 @@ skin_effect = Effect(
 def _layered(at: Port, p: Values) -> Any:
     x2 = j * at["omega"] * p["tau_p"]
     own = xcotx(-x2) - 1  # x coth x − 1
-    return at["R"] * (own + (p["m"] ** 2 - 1) / 3 * x2 / xcotx(-x2 / 4))  # the last is 2 x tanh(x/2)
+    layers = over((p["m"] ** 2 - 1) / 3 * x2, xcotx(-x2 / 4))  # 2 (m² − 1)/3 x tanh(x/2)
+    return at["R"] * (own + layers)
 
 
 layered_winding = Effect(

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from sympy import Symbol
+from sympy import Expr, Mul, Pow, Symbol
 
 from modelgen.effects.effect import (
     RARER,
@@ -145,8 +145,13 @@ def xcotx(q: Any) -> Any:
     """
     tail: Any = 2 * LEVELS + 1
     for n in range(2 * LEVELS - 1, 0, -2):
-        tail = n - q / tail
+        tail = n + over(-q, tail)
     return tail
+
+
+def over(a: Any, x: Any) -> Any:
+    """a/x as it stands: sympy would ask of all that is within x whether it can vanish."""
+    return Mul(a, Pow(x, -1, evaluate=False), evaluate=False) if isinstance(x, Expr) else a / x
 
 
 def _lossy(K: Any) -> Any:
@@ -197,7 +202,10 @@ moving_rod = Effect(
         ),
     ),
     add_impedance(
-        lambda at, p: j * at["omega"] * p["m_free"] * (1 / xcotx((at["omega"] * p["tau_free"]) ** 2) - 1)
+        lambda at, p: (
+            over(j * at["omega"] * p["m_free"], xcotx((at["omega"] * p["tau_free"]) ** 2))
+            - j * at["omega"] * p["m_free"]
+        )
     ),
     (Shape("tau_free", "s", "1/max(omega)", 0.3, 6.3, 150, text="time that a wave needs along the rod"),),
     needs=("omega",),

@@ -84,7 +84,7 @@ def facts_of(unit: Unit, real: str) -> dict[str, Any]:
 def _used(code: str) -> set[str]:
     """The helpers that the code calls, and those that these call."""
     used = set(re.findall(r"\bmg_\w+", code))
-    if {"mg_eddy_factor", "mg_eddy_deficit", "mg_xcotx", "mg_xcotx_slope"} & used:
+    if {"mg_eddy_factor", "mg_eddy_deficit"} & used:
         used.add("mg_complex")
     for family in ("mg_dahl_step", "mg_bouc_wen_step"):
         used |= {family for name in used if name.startswith(family)}

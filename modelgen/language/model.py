@@ -74,7 +74,7 @@ class Port:
 @lru_cache(maxsize=4096)
 def _text(expr: sp.Basic) -> str:
     """The whole expression; models that share equations ask for it again and again."""
-    return str(sp.srepr(expr))
+    return str(sp.srepr(expr, order="none"))  # as its parts lie, always alike
 
 
 @dataclass(frozen=True)
