@@ -5,7 +5,16 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from modelgen.fit.colour import autoregression, coloured, factor, noise_like, smeared, through
+from modelgen.fit.colour import (
+    autoregression,
+    coloured,
+    factor,
+    filtered,
+    noise_like,
+    recursive,
+    smeared,
+    through,
+)
 from modelgen.fit.whitener import Whitener
 
 
@@ -82,3 +91,11 @@ def test_fresh_noise_is_as_large_and_as_coloured_as_what_it_is_made_after() -> N
     assert fresh.shape == (1, n)
     assert np.std(fresh) == pytest.approx(2 / np.sqrt(1 - 0.81), rel=0.15)
     assert np.allclose(autoregression(fresh, 1), a, atol=0.03)
+
+
+@pytest.mark.parametrize("a", [(1.0,), (1.0, -0.999), (1.0, -1.2, 0.5)])
+def test_what_a_filter_takes_off_its_inverse_brings_back(a: tuple[float, ...]) -> None:
+    x = np.random.default_rng(3).standard_normal((2, 500))
+    y = recursive(np.array(a), x)
+    assert np.allclose(y, lfilter([1.0], a, x, axis=1), rtol=0, atol=1e-12)
+    assert np.allclose(filtered(np.array(a), y), x, rtol=0, atol=1e-11)

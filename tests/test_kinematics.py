@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.signal import savgol_coeffs
 
 from modelgen.errors import InputError
 from modelgen.recordings import Channel, Kinematics, Signature, kinematics, load_case, read_case_file
+from modelgen.recordings.savgol import kernels
 
 SHARED = Path(__file__).parents[2] / "shared" / "data"
 NOISE = 2.88e-4  # mm, of the displacement sensor of the MRE paper
@@ -346,3 +348,10 @@ def test_measured_displacements(name: str, turns: tuple[int, int], speed: float)
     assert rms(k.z - r.inputs["z"]) <= 1.2 * k.sigma_z
     path = np.concatenate(([0], np.cumsum((k.v[1:] + k.v[:-1]) / 2 * np.diff(r.inputs["t"]))))
     assert rms(path - path.mean() - (k.z - k.z.mean())) < 0.01 * np.ptp(k.z)
+
+
+@pytest.mark.parametrize(("length", "degree"), [(9, 8), (11, 5), (49, 5)])
+def test_weights_of_a_window_are_savitzkys_and_golays(length: int, degree: int) -> None:
+    for order, weights in enumerate(kernels(length, degree)):
+        wanted = savgol_coeffs(length, degree, deriv=order, use="dot")
+        assert np.allclose(weights, wanted, rtol=0, atol=1e-9 * np.abs(wanted).max())

@@ -9,17 +9,19 @@ x alone, over its level.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from modelgen.fit.whitener import Array, Whitener
+from modelgen.recordings.savgol import kernels
 
 UNBELIEVED = 1e8
 """Variance of a sample that weighs nothing."""
-WIDEST = 24
-"""Half-widths of a derivative's window that are told apart."""
+WIDE, WIDEST = 24, 200
+"""Half-width of smoothing, in samples, up to which its noise is told apart, roughly and well: the cost goes
+with its square."""
 LEVELS = (1.0, 4.0)
 """Variances of the errors of motion, in what was stated or estimated for them, among which the likelihood
 chooses."""
@@ -81,6 +83,14 @@ def _stable(a: Array, n: int) -> Array:
     """The filter with the poles of its process drawn inside the unit circle, as far as n samples tell."""
     longest, most = float(np.max(np.abs(np.roots(a)), initial=0.0)), _longest(n)
     return a if longest < most else a * (most / longest) ** np.arange(len(a))
+
+
+def recursive(a: Array, x: Array) -> Array:
+    """y (channels, n) of Σ_k a_k y_(i−k) = x_i, at rest before: the inverse of `filtered`."""
+    from scipy.linalg.lapack import dtbtrs
+
+    solved, _ = dtbtrs(np.repeat(a[:, None], x.shape[1], axis=1), x.T, uplo="L")
+    return np.ascontiguousarray(solved.T)
 
 
 def filtered(a: Array, x: Array) -> Array:
@@ -187,8 +197,6 @@ def _banded(w: Whitener, x: Array, a: Array, clean: Array, used: Array, more: Ar
 def noise_like(w: Whitener, white: Array, rng: np.random.Generator) -> Array:
     """Fresh noise (channels, n) of the process that `w` takes for the residuals `white`, which it has weighed
     but not filtered; as large as these are where next to nothing adds to it."""
-    from scipy.signal import lfilter
-
     n = white.shape[1]
     a = np.ones(1) if w.ar is None else w.ar
     share = np.ones(n) if w.share is None else w.share
@@ -196,7 +204,7 @@ def noise_like(w: Whitener, white: Array, rng: np.random.Generator) -> Array:
     innovations = filtered(a, white / np.where(share > 0, share, 1.0))[:, len(a) - 1 :]
     level = np.sqrt(np.sum(clean * innovations**2) / max(len(white) * np.sum(clean), 1e-9)) or 1.0
     fresh = level * rng.standard_normal((len(white), n + RUN_IN))
-    return np.asarray(lfilter([1.0], a, fresh, axis=1)[:, RUN_IN:])
+    return recursive(a, fresh)[:, RUN_IN:]
 
 
 RUN_IN = 1000
@@ -214,18 +222,27 @@ def smeared(variance: Array, width: Array) -> Array:
     """(n, 2 m + 1) rows of a matrix R, centred on its diagonal: R Rᵀ is the covariance of what noise leaves
     in a derivative by local polynomials.
 
-    variance, width: (n,) of it, and half-widths in samples (those beyond WIDEST count as that: little is left
-    there). The rows are those of Savitzky and Golay (Anal. Chem. 36 (1964) 1627), order 5.
+    variance, width: (n,) of it, and half-widths in samples (those beyond WIDE count as that: little is left
+    there).
     """
-    from scipy.signal import savgol_coeffs
+    return np.asarray(smears(np.minimum(width, WIDE), (1,))[1] * np.sqrt(variance)[:, None])
 
-    half = np.clip(width, 4, WIDEST).astype(int)
-    most, n = int(half.max()), len(half)
-    rows = np.zeros((n, 2 * most + 1))
-    for h in np.unique(half):
-        c = savgol_coeffs(2 * int(h) + 1, 8 if h == 4 else 5, deriv=1, use="dot")
-        rows[half == h, most - h : most + h + 1] = c / np.linalg.norm(c)
-    return np.asarray(rows * np.sqrt(variance)[:, None])
+
+def smears(window: Array, wanted: Iterable[int] = (0, 1, 2)) -> Array:
+    """(3, n, 2 m + 1) rows, centred on the diagonal and of length 1, that white noise of the displacement
+    goes through to a sample's smoothed value and derivatives; 0 for those orders that are not `wanted`.
+
+    These are sums over its window: local quintics (Savitzky and Golay, Anal. Chem. 36 (1964) 1627), in the
+    narrowest window the value itself and the derivatives of the polynomial through nine.
+    """
+    half = np.clip(window, 4, WIDEST).astype(int)
+    most = int(half.max())
+    rows = np.zeros((3, len(half), 2 * most + 1))
+    for h in np.unique(half).tolist():
+        c = kernels(2 * h + 1, 8 if h == 4 else 5)
+        for deriv in wanted:
+            rows[deriv, half == h, most - h : most + h + 1] = c[deriv] / np.linalg.norm(c[deriv])
+    return rows
 
 
 def _autocovariance(a: Array) -> Array:

@@ -6,13 +6,13 @@ known, and moves the modelled output by ∂F/∂z δz, ∂F/∂v δv and ∂F/�
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.fit.colour import beside
+from modelgen.fit.colour import beside, smears
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.series import Array, Series, input_noise
 from modelgen.recordings import Case, Recording
@@ -21,8 +21,6 @@ from modelgen.recordings.turns import SURE
 
 ENDS = 4.0
 """How much worse a smoothed motion is near the ends of a record than its own estimate says."""
-WIDEST = 200
-"""Half-width of smoothing, in samples, up to which its noise is told apart: the cost goes with its square."""
 SLIGHT = 0.02
 """Share of the variance, in the mean, up to which a fit leaves errors of the motion aside."""
 
@@ -193,25 +191,6 @@ def smoothed(error: MotionError, weight: Array) -> Array:
     return np.asarray(
         np.einsum("dn,dnm->nm", by * weight, smears(error.window, np.flatnonzero(by.any(axis=1))))
     )
-
-
-def smears(window: Array, wanted: Iterable[int] = (0, 1, 2)) -> Array:
-    """(3, n, 2 m + 1) rows, centred on the diagonal and of length 1, that white noise of the displacement
-    goes through to a sample's smoothed value and derivatives; 0 for those orders that are not `wanted`.
-
-    These are sums over its window: local quintics (Savitzky and Golay, Anal. Chem. 36 (1964) 1627), in the
-    narrowest window the value itself and the derivatives of the polynomial through nine.
-    """
-    from scipy.signal import savgol_coeffs
-
-    half = np.clip(window, 4, WIDEST).astype(int)
-    most = int(half.max())
-    rows = np.zeros((3, len(half), 2 * most + 1))
-    for deriv in wanted:
-        for h in np.unique(half).tolist():
-            c = savgol_coeffs(2 * h + 1, 8 if h == 4 else 5, deriv=deriv, use="dot")
-            rows[deriv, half == h, most - h : most + h + 1] = c / np.linalg.norm(c)
-    return rows
 
 
 def _output(ex: Experiment, theta: Array, k: int, s: Series) -> Array:

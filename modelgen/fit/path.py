@@ -11,9 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from modelgen.fit.colour import factor, through
+from modelgen.fit.colour import factor, smears, through
 from modelgen.fit.experiment import Experiment
-from modelgen.fit.motion import MotionError, TurnError, motion_error, smears, turn_error
+from modelgen.fit.motion import MotionError, TurnError, motion_error, turn_error
 from modelgen.fit.series import Array, Series
 from modelgen.fit.together import Together
 from modelgen.fit.whitener import Whitener

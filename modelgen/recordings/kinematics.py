@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +16,7 @@ from modelgen.recordings.turns import turned
 Array = NDArray[np.float64]
 
 JITTER = 1e-3  # of a step: time stamps that are rounded in a file are uniform all the same
+LONG = 100_000  # samples of a record beyond which its motion is not kept in memory
 TIP = 0.3  # error of a turn at a corner between samples, over those of both slopes times the step
 
 
@@ -73,6 +75,18 @@ def kinematics(t: ArrayLike, z: ArrayLike, sigma: float | None = None) -> Kinema
     increase, a negative sigma.
     """
     t, z = _checked(t, z, sigma)
+    if z.size > LONG:
+        return _kinematics(t, z, sigma)
+    return _again(t.tobytes(), z.tobytes(), sigma)
+
+
+@lru_cache(maxsize=16)
+def _again(t: bytes, z: bytes, sigma: float | None) -> Kinematics:
+    """`kinematics` of records that are asked for again and again, each time with another model."""
+    return _kinematics(np.frombuffer(t), np.frombuffer(z), sigma)
+
+
+def _kinematics(t: Array, z: Array, sigma: float | None) -> Kinematics:
     if z.size == 1:
         still = np.zeros(1)
         none = np.zeros((3, 1))

@@ -48,6 +48,14 @@ def _basis(length: int, degree: int) -> tuple[Array, Array, Array, Array]:
     return q[:, :p], b[:, :, :p], q[:, p:], b[:, :, p:]
 
 
+@cache
+def kernels(length: int, degree: int) -> Array:
+    """(3, length) weights of a window's samples in the value, slope and curvature at its middle, per sample
+    step."""
+    q, b, _, _ = _basis(length, degree)
+    return np.asarray(b[:, length // 2] @ q.T)
+
+
 def local_fit(z: Array, length: int, degree: int) -> LocalFit:
     """Fit a polynomial to the `length` samples around each sample; near the ends, to the first or last ones.
 
@@ -67,7 +75,7 @@ def local_fit(z: Array, length: int, degree: int) -> LocalFit:
         beyond[:, part] = b_more[:, samples] @ (more.T @ window)
     if length % 2:
         inner = slice(half, n - half)
-        found = _correlate(z, np.concatenate([b[:, half] @ q.T, more.T]))
+        found = _correlate(z, np.concatenate([kernels(length, degree), more.T]))
         value[:, inner], excess[:, inner] = found[:3], found[3:]
         gain[:, inner], doubt[:, inner] = norm[:, half, None], norm_more[:, half, None]
         beyond[:, inner] = b_more[:, half] @ excess[:, inner]

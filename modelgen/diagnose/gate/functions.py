@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from modelgen.fit.colour import recursive
 from modelgen.fit.series import Array
 
 
@@ -51,12 +52,10 @@ def groups() -> list[tuple[str, str, Callable[[Array, Array, Array, Array], Iter
             yield _play(z, g)
 
     def memory(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
-        from scipy.signal import lfilter
-
         step = float(np.median(np.diff(t)))
         for tau in np.geomspace(3 * step, max((t[-1] - t[0]) / 2, 6 * step), 7):
             a = np.exp(-step / tau)
-            yield lfilter([1 - a], [1, -a], z - z[0])
+            yield recursive(np.array([1.0, -a]), (1 - a) * (z - z[0])[None])[0]
 
     def shown(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
         for q in (0.3, 0.5, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995):
