@@ -47,13 +47,19 @@ def past(id: str) -> tuple[Parameter, Parameter]:
 
 
 def first_foot(
-    model: Model, at: Port, rate: Any, rest: Parameter, before: tuple[Parameter, Parameter]
+    first: tuple[Any, Any], rate: Any, rest: Parameter, before: tuple[Parameter, Parameter]
 ) -> Any:
-    """Where the foot of a Maxwell arm is at the first sample if the sample moved and rested as `before` (see
-    `past`) says: Re(Z/(1 + jω/rate)) about the place of rest, with z = Re Z and v = Re jωZ."""
-    moved, held = before
-    place = rest + held * (at["z"] - rest)
-    return at_start(model, place + (at["z"] - place - at["v"] / rate) * moved / (moved + rate**-2))
+    """Where the foot of a Maxwell arm is at the first sample, z and v there being `first`, if the sample
+    moved and rested as `before` (see `past`) says: Re(Z/(1 + jω/rate)) about the place of rest, with z = Re Z
+    and v = Re jωZ."""
+    (z, v), (moved, held) = first, before
+    place = rest + held * (z - rest)
+    return place + (z - place - v / rate) * moved / (moved + rate**-2)
+
+
+def first_motion(model: Model, at: Port) -> tuple[Any, Any]:
+    """z and v of a port at the first sample."""
+    return at_start(model, at["z"]), at_start(model, at["v"])
 
 
 def arm(name: str, rate: Any, at: Port, rest: Parameter, first: Any = None) -> State:
@@ -144,15 +150,16 @@ class Ladder:
     def add(self, force: Any, text: str) -> Model:
         """The model with the arms and their `force` at the port."""
         at, before = self.port, self.before or ()
-        arms = [self._arm(i) for i in range(self.count)]
+        first = first_motion(self.model, at) if before else None
+        arms = [self._arm(i, first) for i in range(self.count)]
         term = Equation(f"{self.id}_F", force, self.model[at.equation].unit, text=text)
         model = self.model.with_parameters(self.rate, self.rest, *before)
         return model.extend(
             at.equation, lambda F: F + term, statements=(*arms, term), text=f"with the {text}"
         )
 
-    def _arm(self, i: int) -> State:
-        rate, first = self.rate * number_exp(self.step * i), None
-        if self.before is not None:
-            first = first_foot(self.model, self.port, rate, self.rest, self.before)
-        return replace(arm(f"{self.id}_z{i}", rate, self.port, self.rest, first), ref=f"arm {i}")
+    def _arm(self, i: int, first: tuple[Any, Any] | None) -> State:
+        rate, foot = self.rate * number_exp(self.step * i), None
+        if first is not None and self.before is not None:
+            foot = first_foot(first, rate, self.rest, self.before)
+        return replace(arm(f"{self.id}_z{i}", rate, self.port, self.rest, foot), ref=f"arm {i}")

@@ -13,7 +13,7 @@ from modelgen.effects.effect import (
     unit_of,
     unit_omega,
 )
-from modelgen.effects.ladder import MEMORY, Ladder, arm, first_foot, past, z_rest
+from modelgen.effects.ladder import MEMORY, Ladder, arm, first_foot, first_motion, past, z_rest
 from modelgen.effects.softening import moved_input
 from modelgen.language import Model, Port, j, log, pi, powj, quadrature_of, sign
 
@@ -134,7 +134,8 @@ power_law_force = Effect(
 def _maxwell_force(model: Model, port: Port, p: Values) -> Model:
     rest, before = z_rest(unit_of(model, port["z"])), past("maxwell_branch")
     rate = 1 / p["tau"]
-    state = arm("maxwell_branch_z", rate, port, rest, first_foot(model, port, rate, rest, before))
+    first = first_foot(first_motion(model, port), rate, rest, before)
+    state = arm("maxwell_branch_z", rate, port, rest, first)
     return model.with_parameters(rest, *before).extend(
         port.equation, lambda F: F + p["k"] * (port["z"] - state), statements=(state,)
     )
