@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import shutil
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 from modelgen.errors import InputError, ToolError
@@ -41,6 +43,19 @@ def write_atomically(
             part.unlink(missing_ok=True)
     except OSError as why:
         raise ToolError(f"cannot write {path}: {why.strerror or why}") from why
+
+
+def made_whole(folder: Path, make: Callable[[Path], object]) -> Path:
+    """`folder`, filled by `make` where it isn't there yet: aside, then renamed, so that processes that begin
+    at once never see part of it."""
+    if not folder.is_dir():
+        aside = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+        try:
+            make(aside)
+            os.rename(aside, folder)
+        except OSError:  # another was first, or the disk is full
+            shutil.rmtree(aside, ignore_errors=True)
+    return folder
 
 
 def cache_folder() -> Path:

@@ -9,7 +9,7 @@ from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
 from modelgen.errors import InputError
-from modelgen.files import cache_folder
+from modelgen.files import cache_folder, made_whole
 
 if TYPE_CHECKING:
     import pint
@@ -23,12 +23,14 @@ LOWERED, LIFTED = str.maketrans(RAISED, "0123456789"), str.maketrans("0123456789
 def registry() -> pint.UnitRegistry[Any]:
     """The one Pint registry. Made on first use: importing Pint costs more than the rest of the start.
 
-    Pint's cache holds paths of the Pint that made it: each has a folder of its own, as environments go.
+    Pint's cache holds paths of the Pint that made it: each has a folder of its own, as environments go. Pint
+    writes it in place, so a second process would read half a file: it is made aside.
     """
     import pint
 
-    own = sha256(str(pint.__file__).encode()).hexdigest()[:16]
-    ureg: pint.UnitRegistry[Any] = pint.UnitRegistry(cache_folder=cache_folder() / f"pint-{own}")
+    own = sha256(f"{pint.__file__} {pint.__version__}".encode()).hexdigest()[:16]
+    kept = made_whole(cache_folder() / f"pint-{own}", lambda aside: pint.UnitRegistry(cache_folder=aside))
+    ureg: pint.UnitRegistry[Any] = pint.UnitRegistry(cache_folder=kept if kept.is_dir() else None)
     ureg.define("kip = 1000 * pound_force")
     return ureg
 

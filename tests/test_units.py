@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,14 @@ def test_a_cache_of_units_that_another_environment_has_written_is_not_read(tmp_p
     assert here.is_relative_to(tmp_path) and here.is_dir()
     elsewhere = "import pint; pint.__file__ = '/elsewhere/pint/__init__.py'; "
     assert Path(_told(tmp_path, elsewhere + folder)) != here
+
+
+def test_processes_that_begin_at_once_read_no_half_written_cache(tmp_path: Path) -> None:
+    code = "from modelgen.units import factor; print(factor('kN', 'N'))"
+    with ThreadPoolExecutor(6) as pool:
+        told = list(pool.map(lambda _: _told(tmp_path, code), range(6)))
+    assert set(told) == {"1000.0"}
+    assert not [p for p in (tmp_path / "cache" / "modelgen").iterdir() if p.name.startswith(".")]
 
 
 def test_units_are_known_where_nothing_can_be_kept() -> None:
