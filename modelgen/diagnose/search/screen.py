@@ -43,6 +43,8 @@ class Score:
 
     def some(self, count: int) -> list[Mapping[str, float]]:
         """At most `count` of the scouts, of neighbours the best."""
+        if not count:
+            return []
         width = max(1, -(-len(self.scouts) // count))
         blocks = (self.scouts[k : k + width] for k in range(0, len(self.scouts), width))
         return [max(block, key=lambda x: x[0])[1] for block in blocks]

@@ -43,7 +43,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
     if base.bic - better.bic > 1.0:  # the base had not been at its optimum: judge anew from there
         base = better
         scores, first = screened(s, base, judge, singles)
-    first = swapped(s, base, judge, first, scores)
+    first = swapped(s, base, judge, first, scores, first)
     blind = tuple(x.addition for x in scores if x.blind)
     judge, base, first = recolour(s, judge, base, first)
     if progress:
@@ -123,7 +123,7 @@ def _deeper(
     far = depth == 2 and not s.model.is_time_model and beyond_scatter(best) > BENT
     if far or min(f.bic for f in grown) < best.bic - (0.0 if depth == 2 else ALARM):
         more = [*grown, *_together(s, base, judge, scores, first, grown, depth)]
-        more = swapped(s, base, judge, more, scores)
+        more = swapped(s, base, judge, more, scores, first)
         judge, base, grown, best = recolour_pairs(s, judge, base, more, best)
     judge, grown = _deserved(s, judge, [base, *beam], grown)
     return judge, base, best, grown

@@ -69,17 +69,23 @@ def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score])
     return [_unhooked(judge, f) if k < s.beam else f for k, f in enumerate(fits)]
 
 
+SOME, EVERY = 24, 1000
+"""Places where a resonance may lie from which descents start."""
 FAINT = 0.1
 """Part of what the first order promises from which descents start, too."""
 
 
 def _scouted(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]) -> list[Fit]:
     """`fits` of sweeps by what was `seen`, again where the first order has led astray: from little of an
-    effect where it reached too far, and, while no fit is near the noise, from wherever resonances may lie."""
+    effect where it reached too far, and, once there is something to be found, from where resonances may lie,
+    all over while no fit is near the noise."""
+    best = min(fits, key=lambda f: f.bic, default=base)
     bent = beyond_scatter(min(fits, key=lambda f: f.chi2, default=base)) > BENT
+    count = EVERY if bent else SOME if base.bic - best.bic > ALARM else 0
     found = []
     for x, f in zip(seen, fits, strict=False):
-        starts = [x.hypothesis.place(base.hypothesis, base.theta, v) for _, v in x.scouts] if bent else []
+        places = x.some(min(count, len(x.scouts)))
+        starts = [x.hypothesis.place(base.hypothesis, base.theta, v) for v in places]
         if f.chi2 > base.chi2:
             starts += [_faint(x, base, v) for _, v in x.starts]
         other = judge.fit(x.hypothesis, starts, few=SCOUTS) if starts else f

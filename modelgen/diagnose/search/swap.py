@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
+from math import inf
 
 from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, Remembering
-from modelgen.diagnose.hypotheses.setting import Setting
+from modelgen.diagnose.hypotheses.setting import CLOSE, Setting
 from modelgen.diagnose.search.far import BENT, beyond_scatter
 from modelgen.diagnose.search.grow import points_of
 from modelgen.diagnose.search.screen import Score, Tangent, score
@@ -26,25 +27,27 @@ CROSSED = 2
 Key = frozenset[tuple[str, str, int]]
 
 
-def swapped(s: Setting, base: Fit, judge: Judge, fits: Sequence[Fit], scores: Sequence[Score]) -> list[Fit]:
+def swapped(
+    s: Setting, base: Fit, judge: Judge, fits: Sequence[Fit], scores: Sequence[Score], first: Sequence[Fit]
+) -> list[Fit]:
     """`fits` with those in addition that the best one leads to by exchanges, while they make it better; and
     what is left of it without one of its effects.
 
     An effect that explains little alone, or whose derivative is the base's own, is in no beam; beside the
-    right partner it is seen. Only where fits are cheap.
+    right partner it is seen. Only where fits are cheap. first: the single effects, fitted.
     """
     found = {f.hypothesis.key: f for f in sorted(fits, key=lambda f: -f.bic)}
     if not fits or not s.cheap:
         return list(fits)
     judge = Remembering(**vars(judge))  # rounds come back to the same fits; what they are worth only falls
     done: set[tuple[Key, bool]] = set()
-    every = False
+    every, singles = False, {f.hypothesis.added[0].key: f for f in first}
     for _ in range(ROUNDS):
         best = min(found.values(), key=lambda f: f.bic)
         places = [a for a in best.hypothesis.added if (best.hypothesis.key - {a.key}, every) not in done]
         done |= {(best.hypothesis.key - {a.key}, every) for a in places}
         most = len(scores) if every else BEST
-        _keep(found, [f for a in places for f in _exchanges(s, base, judge, best, a, scores, most)])
+        _keep(found, [f for a in places for f in _exchanges(s, base, judge, best, a, scores, most, singles)])
         if len(best.ids) == 2:
             _keep(found, _crossed(s, judge, best, found))
         if len(best.ids) > 1:
@@ -61,7 +64,7 @@ def exchanged(s: Setting, base: Fit, judge: Judge, best: Fit, scores: Sequence[S
     that promise most: a beam follows what gains first. Where fits are dear."""
     found = []
     for a in best.hypothesis.added:
-        found += _exchanges(s, base, judge, best, a, scores, FEW, scouting=True)
+        found += _exchanges(s, base, judge, best, a, scores, FEW, {}, scouting=True)
     return found
 
 
@@ -89,6 +92,7 @@ def _exchanges(
     old: Addition,
     scores: Sequence[Score],
     most: int,
+    singles: Mapping[tuple[str, str, int], Fit],
     scouting: bool = False,
 ) -> list[Fit]:
     """Fits with other effects, the `most` promising, in the place of `old`, and of the rest alone.
@@ -96,7 +100,8 @@ def _exchanges(
     They are scored from the values that the rest has beside `old`, where what is missing may be too much for
     a derivative; and from the rest's own optimum, which may be far from the truth. What the base alone can
     imitate shows only beside the others, so its score says nothing, and it is tried; so are other laws of
-    the same physics. scouting: in any shape, as what these were beside a bent base tells little.
+    the same physics, and what as one of the `singles` was as good, from its shapes there. scouting: in any
+    shape, as what these were beside a bent base tells little.
     """
     kept = tuple(a for a in best.hypothesis.added if a.key != old.key)
     rest = make_hypotheses(s.model, s.case, s.series, [kept])[0]
@@ -112,13 +117,25 @@ def _exchanges(
         chosen = [c for c in chosen if _least(c) < LOOSE * _least(chosen[0])]
     always = [a.key for a in (x.addition for x in usable if x.blind) if a.port.name == old.port.name]
     always += [x.addition.key for x in usable if x.addition.id == old.id]
+    always += _as_good(old, singles)
     chosen += [found[key] for key in dict.fromkeys(always) if key in found and found[key] not in chosen]
     made = make_hypotheses(s.model, s.case, s.series, [(*kept, c[0].addition) for c in chosen])
     fits = [alone] if kept else []
     for h in made:
-        starts = [h.place(rest, p.theta, p.values) for p in found[h.added[-1].key]]
+        key = h.added[-1].key
+        starts = [h.place(rest, p.theta, p.values) for p in found[key]]
+        if key in singles:
+            starts.append(h.place(rest, beside.theta, _own(singles[key], h.added[-1])))
         fits.append(judge.fit(h, starts, worth=LOOSE * best.chi2))
     return fits
+
+
+def _as_good(old: Addition, singles: Mapping[tuple[str, str, int], Fit]) -> list[tuple[str, str, int]]:
+    """Keys of what as a single effect was as good as `old`: of each physics the best law."""
+    own = singles[old.key].bic if old.key in singles else -inf
+    near = sorted((f for f in singles.values() if abs(f.bic - own) < CLOSE), key=lambda f: f.bic)
+    first = {f.hypothesis.added[0].id: f.hypothesis.added[0].key for f in reversed(near)}
+    return list(first.values())
 
 
 def better_of(fits: Sequence[Fit], others: Sequence[Fit]) -> list[Fit]:
@@ -183,20 +200,20 @@ def _guided(judge: Judge, best: Fit, found: Mapping[Key, Fit]) -> list[Fit]:
         other = f.hypothesis.key - best.hypothesis.key
         if len(f.ids) == len(best.ids) and len(other) == 1:
             a = next(a for a in f.hypothesis.added if a.key in other)
-            own = dict(zip(f.hypothesis.names, f.theta.tolist(), strict=True))
-            own = {n: v for n, v in own.items() if n.startswith(f"{a.id}_")}
-            start = f.hypothesis.place(best.hypothesis, best.theta, own)
+            start = f.hypothesis.place(best.hypothesis, best.theta, _own(f, a))
             fits.append(judge.fit(f.hypothesis, [start], worth=LOOSE * best.chi2))
     return fits
 
 
 def _starts(h: Hypothesis, x: Addition, f: Fit, y: Addition, g: Fit) -> list[Array]:
     """From either of two fits, one with x and one with y, the other's effect beside it."""
-    of_f = dict(zip(f.hypothesis.names, f.theta, strict=True))
-    of_g = dict(zip(g.hypothesis.names, g.theta, strict=True))
-    only_x = {n: v for n, v in of_f.items() if n.startswith(f"{x.id}_")}
-    only_y = {n: v for n, v in of_g.items() if n.startswith(f"{y.id}_")}
-    return [h.place(f.hypothesis, f.theta, only_y), h.place(g.hypothesis, g.theta, only_x)]
+    return [h.place(f.hypothesis, f.theta, _own(g, y)), h.place(g.hypothesis, g.theta, _own(f, x))]
+
+
+def _own(f: Fit, a: Addition) -> dict[str, float]:
+    """The values that a fit has of one effect's parameters."""
+    values = zip(f.hypothesis.names, f.theta.tolist(), strict=True)
+    return {n: v for n, v in values if n.startswith(f"{a.id}_")}
 
 
 def _other(h: Hypothesis, kept: Key) -> Addition:
