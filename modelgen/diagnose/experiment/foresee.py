@@ -130,7 +130,7 @@ def _left(rivals: Rivals, truth: Fit, rival: Fit, new: Series) -> Exclusion:
             continue
         behind = (float(found.value) - truth.chi2) / rivals.scale
         more = max(behind - (rival.chi2 - truth.chi2) / rivals.scale, 0.0)
-        count = free(e.layout, np.asarray(found.theta), rival.hypothesis.shapes)
+        count = free(e.layout, np.asarray(found.theta), rival.hypothesis.shapes, rival.hypothesis.pasts)
         price = (count - rival.parameters) * log(n) + (count - truth.parameters) * more_data
         lead = rival.bic - truth.bic + price + more / rivals.judge.temper
         now = Exclusion(behind, lead, chance(lead, more))

@@ -132,7 +132,7 @@ class Judge:
         """Evidence of `h` at θ as it stands."""
         with np.errstate(all="ignore"):
             white = tuple(h.experiment.whitened(theta, self.whiteners))
-        count = free(h.experiment.layout, theta, h.shapes)
+        count = free(h.experiment.layout, theta, h.shapes, h.pasts)
         value = np.inf
         if all(np.all(np.isfinite(e)) for e in white):
             unknown, cost = self._pasts(h, theta, white) if h.pasts else (0, 0.0)
@@ -206,9 +206,12 @@ def moving(layout: Layout, theta: Array, shapes: Collection[str] = ()) -> Array:
     return np.asarray(~at | chosen)
 
 
-def free(layout: Layout, theta: Array, shapes: Collection[str] = ()) -> int:
-    """Number of parameters that move: a passive element driven to nothing costs nothing."""
-    return int(np.count_nonzero(moving(layout, theta, shapes)))
+def free(layout: Layout, theta: Array, shapes: Collection[str] = (), pasts: Collection[str] = ()) -> int:
+    """Number of parameters that count: a passive element driven to nothing costs nothing, nor does a past at
+    its end; on a bound that says no more than where a search stops, a parameter costs like any other."""
+    ends = [p.bounds for p in layout.parameters]
+    none = [0.0 in b and abs(x) <= max(map(abs, b)) / 2 for b, x in zip(ends, theta.tolist(), strict=True)]
+    return int(np.count_nonzero(moving(layout, theta, shapes) | ~(none | is_past(layout, pasts))))
 
 
 def base_starts(h: Hypothesis, seed: int, count: int = 8) -> list[Array]:
