@@ -62,9 +62,12 @@ def test_a_sample_of_any_size_has_the_same_physics(tmp_path: Path, unit: str) ->
     [
         ("stiffness", ("sensor_delay", "temperature_drift"), "coloured", 20.0, 50100054),
         ("stiffness", ("cubic_stiffness", "dahl_exponent"), "quantised", 6.0, 60100052),
-        ("impedance", ("power_law_viscoelasticity", "second_mode"), "coloured", 6.0, 50100051),
+        pytest.param(
+            "impedance", ("power_law_viscoelasticity", "second_mode"), "coloured", 6.0, 50100051,
+            marks=pytest.mark.slow,
+        ),
     ],
-)
+)  # fmt: skip
 def test_two_effects_that_hide_each_other_are_both_named(
     tmp_path: Path, domain: str, effects: tuple[str, str], noise: str, ratio: float, seed: int
 ) -> None:
@@ -95,8 +98,12 @@ def test_a_line_in_the_force_is_unknown_and_not_physics_of_the_sample(tmp_path: 
 @pytest.mark.parametrize(
     ("domain", "effect", "port", "says"),
     [
-        ("impedance", "novel:cable_trap", "electrical", "a resonance in series"),
-        ("impedance", "novel:cavity_comb", "mechanical", "a row of resonances"),
+        pytest.param(
+            "impedance", "novel:cable_trap", "electrical", "a resonance in series", marks=pytest.mark.slow
+        ),
+        pytest.param(
+            "impedance", "novel:cavity_comb", "mechanical", "a row of resonances", marks=pytest.mark.slow
+        ),
         ("stiffness", "novel:mount_modes", "mechanical", "a row of resonances"),
     ],
 )

@@ -55,6 +55,10 @@ from modelgen.truths import draw, write_case
             810100305, "pair", "gmm", ("second_mode", "contact_damping"), "calibration", None,
             {"second_mode", "contact_damping"}, id="another partner has led the resonance to its place",
         ),
+        pytest.param(
+            204600070, "variant", "impedance", "lossy_rod", "calibration", 6.0, {"distributed_rod"},
+            id="two other effects together leave next to nothing",
+        ),
     ],
 )  # fmt: skip
 def test_it_is_found_all_the_same(

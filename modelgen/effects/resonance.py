@@ -2,9 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cmp_to_key
 from typing import Any
 
-from sympy import Expr, Mul, Pow, Symbol
+from sympy import Add, Basic, Mul, Pow, Symbol, sympify
 
 from modelgen.effects.effect import (
     RARER,
@@ -150,8 +151,12 @@ def xcotx(q: Any) -> Any:
 
 
 def over(a: Any, x: Any) -> Any:
-    """a/x as it stands: sympy would ask of all that is within x whether it can vanish."""
-    return Mul(a, Pow(x, -1, evaluate=False), evaluate=False) if isinstance(x, Expr) else a / x
+    """a/x, put together as sympy does, which would ask of all that is within x whether it can vanish."""
+    if not isinstance(x, Add):
+        return a / x
+    number, factors = sympify(a).as_coeff_mul()
+    parts = sorted((*factors, Pow(x, -1, evaluate=False)), key=cmp_to_key(Basic.compare))
+    return Mul(*(() if number == 1 else (number,)), *parts, evaluate=False)
 
 
 def _lossy(K: Any) -> Any:
