@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-import shutil
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from modelgen.errors import InputError, ToolError
@@ -49,12 +49,11 @@ def made_whole(folder: Path, make: Callable[[Path], object]) -> Path:
     """`folder`, filled by `make` where it isn't there yet: aside, then renamed, so that processes that begin
     at once never see part of it."""
     if not folder.is_dir():
-        aside = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
-        try:
-            make(aside)
-            os.rename(aside, folder)
-        except OSError:  # another was first, or the disk is full
-            shutil.rmtree(aside, ignore_errors=True)
+        prefix, at = f".{folder.name}.", folder.parent
+        # another may be first, or the disk full
+        with suppress(OSError), tempfile.TemporaryDirectory("", prefix, at, True) as name:
+            make(Path(name))
+            os.rename(name, folder)
     return folder
 
 
