@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from modelgen.diagnose.hypotheses.evidence import bic, effective, settled
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, plain_white, refine
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, moving, plain_white, refine
 from modelgen.diagnose.hypotheses.setting import Setting
 from modelgen.diagnose.noise.noise import correlation_length, first_order, local_level
 from modelgen.diagnose.noise.smooth_error import SIZES, quietness, smooth_error
@@ -83,10 +84,28 @@ def _likeliest(s: Setting, judge: Judge, fits: Sequence[Fit]) -> Fit:
 
 
 def judged_anew(s: Setting, new: Judge, base: Fit, fits: Sequence[Fit]) -> tuple[Judge, Fit, list[Fit]]:
-    """The best of `fits` and the base fitted again under a new judge, the rest looked at."""
-    rough = sorted((new.look(f.hypothesis, f.theta) for f in fits), key=lambda f: f.bic)
+    """The best of `fits` and the base fitted again under a new judge, the rest looked at.
+
+    In sweeps those that are best a step on: where a fit had ended, an error that is smooth may be far too
+    large.
+    """
+    ahead = (lambda f: f.bic) if s.model.is_time_model else partial(_ahead, new)
+    rough = sorted((new.look(f.hypothesis, f.theta) for f in fits), key=ahead)
     fitted = refine(new, rough[: s.refits]) + rough[s.refits :]
     return new, refine(new, [base])[0], fitted
+
+
+def _ahead(judge: Judge, f: Fit) -> float:
+    """BIC that a fit has a step on, at first order."""
+    r, J = judge.tangent(f)
+    size = np.linalg.norm(J, axis=0)
+    told = moving(f.hypothesis.experiment.layout, f.theta, f.hypothesis.shapes) & (size > 0)
+    if not (np.all(np.isfinite(r)) and np.all(np.isfinite(size)) and f.chi2 > 0):
+        return f.bic
+    columns = J[:, told] / size[told]
+    step = np.linalg.lstsq(columns, -r, rcond=1e-10)[0]
+    left = max(float(np.sum((r + columns @ step) ** 2)), 1e-9 * f.chi2)
+    return f.bic - effective(f.white) / judge.temper * float(np.log(f.chi2 / left))
 
 
 ROUNDS = 3
