@@ -46,7 +46,7 @@ def test_a_concealed_effect_is_named_and_the_hold_out_predicted(
     assert v.after.holdout_over_noise < 1.25
 
 
-@pytest.mark.parametrize("unit", ["nm", "km"])
+@pytest.mark.parametrize("unit", ["nm", pytest.param("km", marks=pytest.mark.slow)])
 def test_a_sample_of_any_size_has_the_same_physics(tmp_path: Path, unit: str) -> None:
     secret = draw(3, kind="single", domain="force", effect="cubic_stiffness", d2=(800, 2000))
     case = write_case(secret, tmp_path)
@@ -60,7 +60,10 @@ def test_a_sample_of_any_size_has_the_same_physics(tmp_path: Path, unit: str) ->
 @pytest.mark.parametrize(
     ("domain", "effects", "noise", "ratio", "seed"),
     [
-        ("stiffness", ("sensor_delay", "temperature_drift"), "coloured", 20.0, 50100054),
+        pytest.param(
+            "stiffness", ("sensor_delay", "temperature_drift"), "coloured", 20.0, 50100054,
+            marks=pytest.mark.slow,
+        ),
         ("stiffness", ("cubic_stiffness", "dahl_exponent"), "quantised", 6.0, 60100052),
         pytest.param(
             "impedance", ("power_law_viscoelasticity", "second_mode"), "coloured", 6.0, 50100051,

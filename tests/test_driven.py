@@ -124,6 +124,7 @@ def test_a_speed_of_rotation_may_be_negative(tmp_path: Path) -> None:
     assert found.outputs["r"].tolist() == [-3.0, 4.0]
 
 
+@pytest.mark.slow
 def test_what_no_catalogue_holds_is_described_at_the_port_where_it_is_felt() -> None:
     """A damping that grows with the square of displacement."""
     found = diagnose(recorded("z2v"), oscillator)

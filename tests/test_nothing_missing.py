@@ -71,7 +71,7 @@ def test_a_stated_noise_that_is_wrong_by_far_is_no_physics_and_is_told(tmp_path:
     assert told and float(told[1]) == pytest.approx(1e-3 / stated, rel=0.1)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_peaks_of_coloured_noise_are_no_resonances(tmp_path: Path, seed: int) -> None:
     v = judged(tmp_path, "pink", None, seed, 401)
     assert v.adequate, v.summary

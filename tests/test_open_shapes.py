@@ -47,6 +47,7 @@ def test_a_number_costs_what_is_told_of_it() -> None:
     assert price(same, first, second, widths, 1.0) == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_small_radiator_is_a_mass_whatever_its_size(tmp_path: Path) -> None:
     """Two thousand samples don't exclude a law for having a number that they tell nothing of."""
     m = mg.models.magnetostrictive_transducer

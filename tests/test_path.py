@@ -106,6 +106,7 @@ def test_a_speed_that_is_in_error_is_no_other_law(tmp_path: Path) -> None:
     assert verdict.adequate, verdict.summary
 
 
+@pytest.mark.slow
 def test_what_is_left_out_is_seen_beside_such_errors(tmp_path: Path) -> None:
     z = triangle(33.3, 700, 0.4, 0.1)
     v = np.gradient(z, 1 / FINE)

@@ -40,7 +40,7 @@ def test_a_motion_of_few_samples_a_cycle_is_told(tmp_path: Path, samples: int, t
     assert [n.startswith("'swing' turns every") for n in notes] == [True] * told
 
 
-@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("sign", [1, pytest.param(-1, marks=pytest.mark.slow)])
 def test_the_other_sign_of_time_is_told(tmp_path: Path, sign: int) -> None:
     case = write_case(draw(7, kind="none", domain="impedance"), tmp_path)
     for file in tmp_path.glob("*.csv"):
