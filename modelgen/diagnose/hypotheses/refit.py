@@ -156,6 +156,11 @@ class Judge:
         widths = widths_of(layout, theta)
         return count, min(most, price(told, past, moves & ~past, widths, self.temper))
 
+    def evidence(self, fit: Fit, gain: float) -> float:
+        """What a fall of a fit's χ² by `gain` is in BIC: far from the data that is its logarithm."""
+        left = max(fit.chi2 - gain, 1e-9 * fit.chi2)
+        return effective(fit.white) / self.temper * float(np.log(fit.chi2 / left))
+
     def tangent(self, fit: Fit) -> tuple[Array, Array]:
         """Whitened residual and Jacobian over all recordings at the fit."""
         return fit.hypothesis.experiment.linearised(fit.theta, self.whiteners)

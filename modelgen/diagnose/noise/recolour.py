@@ -104,8 +104,7 @@ def _ahead(judge: Judge, f: Fit) -> float:
         return f.bic
     columns = J[:, told] / size[told]
     step = np.linalg.lstsq(columns, -r, rcond=1e-10)[0]
-    left = max(float(np.sum((r + columns @ step) ** 2)), 1e-9 * f.chi2)
-    return f.bic - effective(f.white) / judge.temper * float(np.log(f.chi2 / left))
+    return f.bic - judge.evidence(f, f.chi2 - float(np.sum((r + columns @ step) ** 2)))
 
 
 ROUNDS = 3

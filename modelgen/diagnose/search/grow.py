@@ -78,7 +78,7 @@ def _promising(
             # records those that resonate
             points = None if k == 0 and (s.cheap or x.scouts) else points_of(x)
             again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 2, points)
-            reach = f.bic - SLACK * _evidence(again.gain, f, judge) - beam[0].bic
+            reach = f.bic - SLACK * judge.evidence(f, again.gain) - beam[0].bic
             if again.starts and reach < -ALARM:
                 tried = (*(v for _, v in again.starts), *(v for _, v in x.starts[:2]))
                 wanted.append((reach, Grown(f, x.addition, tried)))
@@ -93,12 +93,6 @@ def _promising(
     # the many laws of one physics leave others their place: those that are as good are told, too
     new = [(key, g) for key, g in others.values() if key not in chosen and len(g.fit.ids) == 1]
     return chosen | dict(new[: s.pairs if s.cheap else DEAR])
-
-
-def _evidence(gain: float, f: Fit, judge: Judge) -> float:
-    """What a fall of f's χ² by `gain` is in BIC: far from the data that is its logarithm."""
-    left = max(f.chi2 - gain, 1e-9 * f.chi2)
-    return effective(f.white) / judge.temper * float(np.log(f.chi2 / left))
 
 
 def points_of(x: Score) -> list[dict[str, float]]:
