@@ -3,7 +3,7 @@ pairs."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -204,7 +204,8 @@ def _label(graph: Graph, model: Model, equations: dict[str, Pair]) -> None:
 
 
 class _Reader:
-    """Reads SX into a graph. Calls are made first, in order, since later expressions stand on them."""
+    """Reads SX into a graph. Calls are made in order, as soon as their arguments are there: later expressions
+    stand on them."""
 
     def __init__(
         self, graph: Graph, translator: Translator, named: Mapping[str, Any], plain: Mapping[str, Any]
@@ -213,7 +214,6 @@ class _Reader:
         self.translator = translator
         self.symbols: list[Any] = [translator.j]
         self.pairs: list[Pair] = [(None, graph.const(1.0))]
-        self.done: dict[tuple[Any, ...], Pair] = {}  # arguments of calls have much in common
         for name, symbol in named.items():
             self._bind(symbol, (graph.input(name), None))
         for name, symbol in plain.items():
@@ -225,9 +225,36 @@ class _Reader:
 
     def read(self, exprs: list[Any]) -> list[Pair]:
         """Pairs of nodes for SX scalars."""
-        for call in self.translator.calls:
-            self._bind(call.symbol, self._call(call, _execute(self, list(call.args))))
-        return _execute(self, exprs)
+        calls, found = self.translator.calls, list[Pair]()
+        symbols = [*self.symbols, *(call.symbol for call in calls)]
+        waiting = iter(calls)
+        call = next(waiting, None)
+        for pair in self._executed(symbols, [*(a for c in calls for a in c.args), *exprs]):
+            found.append(pair)
+            while call is not None and len(found) == len(call.args):
+                self._bind(call.symbol, self._call(call, found))
+                found, call = [], next(waiting, None)
+        return found
+
+    def _executed(self, symbols: Sequence[Any], exprs: list[Any]) -> Iterator[Pair]:
+        """CasADi's instruction list, run on pairs of nodes: each of `exprs` before what only later ones
+        need."""
+        if not exprs:
+            return
+        options = {"live_variables": False, "allow_free": False}
+        f = ca.Function("f", list(symbols), [ca.densify(ca.vertcat(*exprs))], options)
+        table = _operations()
+        work: dict[int, Pair] = {}
+        for k in range(f.n_instructions()):
+            op, o, i = f.instruction_id(k), f.instruction_output(k), f.instruction_input(k)
+            if op == ca.OP_CONST:
+                work[o[0]] = self.c.const(f.instruction_constant(k))
+            elif op == ca.OP_INPUT:
+                work[o[0]] = self.pairs[i[0]]
+            elif op == ca.OP_OUTPUT:
+                yield work[i[0]]
+            else:
+                work[o[0]] = table[op](self.c, *(work[a] for a in i))
 
     def _call(self, call: Call, args: list[Pair]) -> Pair:
         c, g, name = self.c, self.c.g, call.function
@@ -247,30 +274,6 @@ class _Reader:
             flat += [c.re(a), c.im(a)] if t == "complex" else [c.re(a)]
         node = g.call(f"mg_{name}" if call.residual is None else name, *flat)
         return (g.unary("re", node), g.unary("im", node)) if call.complex else (node, None)
-
-
-def _execute(reader: _Reader, exprs: list[Any]) -> list[Pair]:
-    """Run CasADi's instruction list on pairs of graph nodes."""
-    if not exprs:
-        return []
-    f = ca.Function("f", reader.symbols, [ca.vertcat(*exprs)], {"live_variables": False, "allow_free": False})
-    c, table = reader.c, _operations()
-    work: dict[int, Pair] = {}
-    result: list[Pair] = [(None, None)] * len(exprs)
-    for k in range(f.n_instructions()):
-        op, o, i = f.instruction_id(k), f.instruction_output(k), f.instruction_input(k)
-        if op == ca.OP_CONST:
-            work[o[0]] = c.const(f.instruction_constant(k))
-        elif op == ca.OP_INPUT:
-            work[o[0]] = reader.pairs[i[0]]
-        elif op == ca.OP_OUTPUT:
-            result[o[1]] = work[i[0]]
-        else:
-            step = (op, *(work[a] for a in i))
-            if step not in reader.done:
-                reader.done[step] = table[op](c, *step[1:])
-            work[o[0]] = reader.done[step]
-    return result
 
 
 @cache

@@ -21,7 +21,7 @@ from modelgen.errors import ToolError
 
 GRACE = 0.1
 """Seconds that the library waits for a first answer, whose time it would take away."""
-WORTH, AGAIN = 0.1, 0.01
+WORTH, AGAIN = 0.2, 0.05
 """Seconds that fits may work in slow code before the compiler's time is worth it: what it takes itself, and
 less for code that was kept from an earlier run, as there may be more of them."""
 _SIZE, _POINTER = ctypes.c_size_t, ctypes.c_void_p

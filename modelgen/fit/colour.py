@@ -9,7 +9,7 @@ x alone, over its level.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -225,24 +225,49 @@ def smeared(variance: Array, width: Array) -> Array:
     variance, width: (n,) of it, and half-widths in samples (those beyond WIDE count as that: little is left
     there).
     """
-    return np.asarray(smears(np.minimum(width, WIDE), (1,))[1] * np.sqrt(variance)[:, None])
+    none = np.zeros(len(variance))
+    return smears(np.minimum(width, WIDE), np.stack([none, np.sqrt(variance), none]))
 
 
-def smears(window: Array, wanted: Iterable[int] = (0, 1, 2)) -> Array:
-    """(3, n, 2 m + 1) rows, centred on the diagonal and of length 1, that white noise of the displacement
-    goes through to a sample's smoothed value and derivatives; 0 for those orders that are not `wanted`.
-
-    These are sums over its window: local quintics (Savitzky and Golay, Anal. Chem. 36 (1964) 1627), in the
-    narrowest window the value itself and the derivatives of the polynomial through nine.
-    """
-    half = np.clip(window, 4, WIDEST).astype(int)
-    most = int(half.max())
-    rows = np.zeros((3, len(half), 2 * most + 1))
-    for h in np.unique(half).tolist():
-        c = kernels(2 * h + 1, 8 if h == 4 else 5)
-        for deriv in wanted:
-            rows[deriv, half == h, most - h : most + h + 1] = c[deriv] / np.linalg.norm(c[deriv])
+def smears(window: Array, by: Array) -> Array:
+    """(n, 2 m + 1) rows, centred on the diagonal, that white noise of the displacement goes through to a sum
+    of a sample's smoothed value and derivatives, `by` (3, n) of each in its standard deviation."""
+    half, most = _halves(window)
+    rows = np.zeros((len(half), 2 * most + 1))
+    for h, at in _alike(half):
+        rows[at, most - h : most + h + 1] = by[:, at].T @ _unit(h)
     return rows
+
+
+def smoothing(window: Array, e: Array) -> Array:
+    """(3, n) what errors e (n,) of the displacement make of its smoothed value and derivatives, each in its
+    standard deviation; smoothed again they are taken to be 0 beyond the ends."""
+    half, most = _halves(window)
+    around, found = np.pad(e, most), np.zeros((3, len(half)))
+    for h, at in _alike(half):
+        reached = around[most - h : len(around) - most + h]
+        found[:, at] = _unit(h) @ np.lib.stride_tricks.sliding_window_view(reached, 2 * h + 1)[at].T
+    return found
+
+
+def _halves(window: Array) -> tuple[Array, int]:
+    """Half-widths of windows (n,) as they count here, and the greatest."""
+    half = np.clip(window, 4, WIDEST).astype(int)
+    return half, int(half.max())
+
+
+def _alike(half: Array) -> Iterator[tuple[int, Array]]:
+    """Each half-width, and the samples that have it."""
+    for h in np.unique(half).tolist():
+        yield h, np.flatnonzero(half == h)
+
+
+def _unit(half: int) -> Array:
+    """(3, 2 half + 1) sums over a window, each of length 1, that are a sample's smoothed value and
+    derivatives: local quintics (Savitzky and Golay, Anal. Chem. 36 (1964) 1627), in the narrowest window the
+    value itself and the derivatives of the polynomial through nine."""
+    c = kernels(2 * half + 1, 8 if half == 4 else 5)
+    return np.asarray(c / np.linalg.norm(c, axis=1, keepdims=True))
 
 
 def _autocovariance(a: Array) -> Array:
@@ -259,13 +284,27 @@ def through(a: Array, rows: Array) -> Array:
     `rows` of R, (n, 2 m + 1)."""
     p, n = len(a) - 1, len(rows)
     width = p + rows.shape[1]
-    turned = np.zeros((width, n))  # A R, its column i beginning with row i − p − m
+    turned = np.zeros((n, width))  # A R, its row i beginning with noise i − p − m
     for j in range(p + 1):
-        turned[p - j : width - j, j:] += a[j] * rows.T[:, : n - j]
-    band = np.zeros((min(width, n), n))
-    for k in range(len(band)):
-        band[k, : n - k] = np.einsum("ji,ji->i", turned[k:, : n - k], turned[: width - k, k:])
-    return band
+        turned[j:, p - j : width - j] += a[j] * rows[: n - j]
+    band = np.zeros((width, n))
+    dense = np.zeros((AT_ONCE + width - 1, AT_ONCE + 2 * width - 1))
+    for i in range(0, n, AT_ONCE):  # dense products of a few rows with all that overlap with them
+        some = turned[i : i + len(dense)]
+        dense[:] = 0.0
+        _slanting(dense, some.shape)[:] = some
+        reach = dense[:, : len(dense)]
+        band[:, i : i + AT_ONCE] = _slanting(reach[:AT_ONCE] @ reach.T, (min(AT_ONCE, n - i), width)).T
+    return band[: min(width, n)]
+
+
+AT_ONCE = 64
+"""Rows that are multiplied at once."""
+
+
+def _slanting(dense: Array, shape: tuple[int, int]) -> Array:
+    """A view of a matrix' rows, each one column farther to the right than the one above."""
+    return np.lib.stride_tricks.as_strided(dense, shape, (sum(dense.strides), dense.strides[1]))
 
 
 def factor(a: Array, s2: float, more: Array, further: Array | None = None) -> Array:
@@ -291,7 +330,8 @@ def factor(a: Array, s2: float, more: Array, further: Array | None = None) -> Ar
         band[: p + 1, i:end] += more[i] * outer[:, : end - i]
         rows[i:end] = True
     band[0, ~rows] = np.sqrt(s2)
-    band[:, rows] = cholesky_banded(band[:, rows], lower=True)
+    some = slice(None) if rows.all() else rows
+    band[:, some] = cholesky_banded(np.asfortranarray(band[:, some]), lower=True, overwrite_ab=True)
     return band
 
 

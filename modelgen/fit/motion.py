@@ -188,9 +188,7 @@ def smoothed(error: MotionError, weight: Array) -> Array:
     """(n, 2 m + 1) rows of R, centred on its diagonal: R Rᵀ is the covariance of what white noise of the
     displacement leaves in the output, in units of its own noise 1/`weight`."""
     by = np.stack([error.by_value, error.by_rate, error.by_acceleration])
-    return np.asarray(
-        np.einsum("dn,dnm->nm", by * weight, smears(error.window, np.flatnonzero(by.any(axis=1))))
-    )
+    return smears(error.window, by * weight)
 
 
 def _output(ex: Experiment, theta: Array, k: int, s: Series) -> Array:

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from modelgen.fit.colour import factor, smears, through
+from modelgen.fit.colour import factor, smears, smoothing, through
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.motion import MotionError, TurnError, motion_error, turn_error
 from modelgen.fit.series import Array, Series
@@ -43,8 +43,7 @@ def likeliest(
         return None
     turns, before = turn_error(ex, case, recording, theta, k), ex.raw(theta, k)
     by = np.stack([error.by_value, error.by_rate, error.by_acceleration]) * own
-    rows = np.einsum("dn,dnm->nm", by, smears(error.window, np.flatnonzero(by.any(axis=1))))
-    e, tips = _errors(rows, turns, -own * before[0])
+    e, tips = _errors(smears(error.window, by), turns, -own * before[0])
     there = replace(s, inputs=_moved(ex.model, s, error, turns, e, tips))
     data = s.data + _with(ex, k, there).raw(theta, k) - before
     level = 1.0 + own**2 * error.variance
@@ -75,7 +74,7 @@ def _moved(
     model: Model, s: Series, error: MotionError, turns: TurnError, e: Array, tips: Array
 ) -> dict[str, Array]:
     """Inputs of a series whose displacement and turns err by e, tips (n,), in standard deviations."""
-    z, v, a = error.std * np.stack([_gathered(x, e) for x in smears(error.window)])
+    z, v, a = error.std * smoothing(error.window, e)
     motion = {i.derived[0]: i.name for i in model.inputs if i.derived}
     moved = next(i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate")
     before = np.concatenate([z[:1], z[:-1]])
@@ -89,13 +88,6 @@ def _moved(
         n: x + (z if n == moved else change[d[0]] if d and d[1] == moved and d[0] in change else 0.0)
         for n, x, d in ((i.name, s.inputs[i.name], i.derived) for i in model.inputs)
     }
-
-
-def _gathered(rows: Array, e: Array) -> Array:
-    """(n,) R e, `rows` (n, 2 m + 1) centred on the diagonal of R."""
-    m = rows.shape[1] // 2
-    around = np.lib.stride_tricks.sliding_window_view(np.pad(e, m), 2 * m + 1)
-    return np.asarray(np.einsum("nm,nm->n", rows, around))
 
 
 def _spread(rows: Array, x: Array) -> Array:

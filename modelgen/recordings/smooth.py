@@ -112,13 +112,14 @@ def _missed(fit: LocalFit, half: int, std: float) -> Array:
 def _cornered(fit: LocalFit, half: int, std: float, bound: float, good: NDArray[np.bool_]) -> Array:
     """(3, n) errors of the fit about corners that are seen in what is beyond it, though not for sure: where
     that is largest, and as large as a corner makes it."""
-    from scipy.ndimage import maximum_filter1d
-
     error, response = _corner(half)
     power = np.sum(fit.excess**2, axis=0)
     least = max(CORNER * std**2, (FUNDAMENTAL * bound * fit.reach) ** 2)
     found = np.zeros((3, power.size + 2 * half))
-    for n in np.flatnonzero(good & (power > least) & (power == maximum_filter1d(power, half + 1))).tolist():
+    seen = np.flatnonzero(good & (power > least))
+    ends = np.pad(power, ((half + 1) // 2, half // 2))
+    around = np.lib.stride_tricks.sliding_window_view(ends, half + 1)
+    for n in seen[power[seen] == around[seen].max(axis=1)].tolist():
         around = found[:, n : n + 2 * half + 1]
         np.maximum(around, error * np.sqrt(power[n] / response), out=around)
     return found[:, half : found.shape[1] - half]

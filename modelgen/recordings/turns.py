@@ -40,15 +40,28 @@ def _one_way(z: Array, steps: NDArray[np.intp], least: float) -> Array:
 
     Noise that smoothing has left goes to and fro with every sample, a way that a hysteresis would remember.
     """
-    from scipy.optimize import isotonic_regression
-
     bounds = [0, *(n for n in steps.tolist() if 0 < n < z.size), z.size]
     parts = []
     for begin, end in pairwise(bounds):
         part, before = z[begin:end], z[max(begin - 1, 0)]
-        parts.append(np.asarray(isotonic_regression(part, increasing=bool(part[-1] >= before)).x))
+        parts.append(_rising(part) if part[-1] >= before else -_rising(-part))
     path = np.concatenate(parts)
     return np.where(np.abs(path - z) < least, path, z)
+
+
+def _rising(x: Array) -> Array:
+    """The nearest (n,) that never falls: neighbours that do are pooled (Ayer et al., Ann. Math. Stat. 26
+    (1955) 641). SciPy's needs longer to be imported than this for a record."""
+    means: list[float] = []
+    counts: list[int] = []
+    for mean in x.tolist():
+        count = 1
+        while means and means[-1] >= mean:
+            last, many = means.pop(), counts.pop()
+            mean, count = (many * last + count * mean) / (many + count), many + count
+        means.append(mean)
+        counts.append(count)
+    return np.repeat(means, counts)
 
 
 def _directions(t: Array, z: Array, v: Array, doubt: Array) -> Array:

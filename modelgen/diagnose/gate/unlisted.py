@@ -59,11 +59,7 @@ def with_rivals(setting: Setting, outcome: Outcome) -> Outcome:
     tangents = [Tangent.of(*judge.tangent(f)) for f in references]
     fits, worth = [], LOOSE * outcome.best.chi2
     for h in make_hypotheses(setting.model, setting.case, setting.series, [(a,) for a in found]):
-        starts = [
-            x
-            for f, tangent in zip(references, tangents, strict=True)
-            for x in _starts(h, f, tangent, judge.whiteners)
-        ]
+        starts = _starts(h, references, tangents, judge.whiteners)
         if starts:
             fits.append(judge.fit(h, starts, worth=worth))
     fits.sort(key=lambda f: f.bic)
@@ -84,9 +80,11 @@ def _settled(judge: Judge, f: Fit, worth: float) -> Fit:
     return min(f, judge.fit(f.hypothesis, starts, LONG), key=lambda f: f.bic)
 
 
-def _starts(h: Hypothesis, f: Fit, tangent: Tangent, whiteners: Sequence[Whitener]) -> list[Array]:
-    """Where a first order promises most, over a grid as fine as the resonances are narrow; and rows of which
-    the most visible resonance is one or another member."""
+def _starts(
+    h: Hypothesis, references: Sequence[Fit], tangents: Sequence[Tangent], whiteners: Sequence[Whitener]
+) -> list[Array]:
+    """Where a first order beside each of the references promises most, over a grid as fine as the resonances
+    are narrow; and rows of which the most visible resonance is one or another member."""
     a = h.added[0]
     low, high = a.ranges["omega_1"]
     least, most = a.ranges["Q"]
@@ -94,22 +92,39 @@ def _starts(h: Hypothesis, f: Fit, tangent: Tangent, whiteners: Sequence[Whitene
     grids = [(np.exp(np.arange(np.log(low), np.log(high), STEP / Q)), Q) for Q in tried]
     if any(s.measure != "complex" for s in h.experiment.series):
         points = [{f"{a.id}_omega_1": float(w), f"{a.id}_Q": Q} for first, Q in grids for w in first]
-        best = score(h, f.hypothesis, f.theta, tangent, whiteners, KEEP, points).starts
-        return [h.place(f.hypothesis, f.theta, v) for _, v in best]
-    seen = _Seen.of(h, f, tangent, whiteners)
-    if seen is None:
-        return []
-    what, _ = kind(a)
-    chosen = _apart([t for first, Q in grids for t in seen.tried(first, Q, what)], KEEP)
-    if what == MANY:
-        line = max(t for first, Q in grids for t in seen.tried(first, Q, ONE))
-        chosen += seen.tried(line[1] / np.arange(1, MODES + 1), line[2], what)
+        return [
+            h.place(f.hypothesis, f.theta, v)
+            for f, tangent in zip(references, tangents, strict=True)
+            for _, v in score(h, f.hypothesis, f.theta, tangent, whiteners, KEEP, points).starts
+        ]
+    tries: list[list[Tried]] = [[] for _ in references]
+    seen = [_Seen.of(h, f, t, whiteners) for f, t in zip(references, tangents, strict=True)]
+    for first, Q in grids:
+        shapes = _shapes(h, first, Q)
+        for own, eye in zip(tries, seen, strict=True):
+            own += eye.tried(first, Q, shapes) if eye else []
+    chosen = [_apart(own, KEEP) for own in tries]
+    if kind(a)[0] == MANY:
+        single = [(first, Q, _shapes(h, first, Q, ONE)) for first, Q in grids]
+        for own, eye in zip(chosen, seen, strict=True):
+            if eye:
+                line = max(t for grid in single for t in eye.tried(*grid))
+                first = line[1] / np.arange(1, MODES + 1)
+                own += eye.tried(first, line[2], _shapes(h, first, line[2]))
     names = [f"{a.id}_{n}" for n in ("omega_1", "Q", *(q.name for q in a.effect.strengths))]
     return [
         h.place(f.hypothesis, f.theta, dict(zip(names, values, strict=True)))
-        for _, *values in chosen
+        for f, own in zip(references, chosen, strict=True)
+        for _, *values in own
         if values[2]
     ]
+
+
+def _shapes(h: Hypothesis, first: Array, Q: float, what: str = "") -> list[Array]:
+    """(m, n) in each recording, resonances of height 1 at each of `first` (m,); `what`: of another kind."""
+    own, moving = kind(h.added[0])
+    omega = [2 * np.pi * s.inputs[h.experiment.model.axis] for s in h.experiment.series]
+    return [row(w / first[:, None], Q, what or own, moving, 1j, np.exp) for w in omega]
 
 
 Tried = tuple[float, ...]
@@ -123,49 +138,43 @@ class _Seen:
 
     tangent: Tangent
     whiteners: Sequence[Whitener]
-    omega: Sequence[Array]
     slopes: Sequence[Array]
-    moving: bool
+    factor: bool
 
     @staticmethod
     def of(h: Hypothesis, f: Fit, tangent: Tangent, whiteners: Sequence[Whitener]) -> _Seen | None:
         a, e = h.added[0], h.experiment
         low, Q = a.ranges["omega_1"][0], QUALITIES[0]
         at = h.place(f.hypothesis, f.theta, {f"{a.id}_omega_1": low, f"{a.id}_Q": Q})
-        what, moving = kind(a)
         index = e.layout.wrt.index(f"{a.id}_a")
-        omega = [2 * np.pi * s.inputs[e.model.axis] for s in e.series]
         slopes = []
-        for k, (s, w) in enumerate(zip(e.series, omega, strict=True)):
+        for k, (s, (shape,)) in enumerate(zip(e.series, _shapes(h, np.array([low]), Q), strict=True)):
             jac = e.prepared[k].jacobian(e.local(at, k), s.measure)[1][:, index]
-            slopes.append((jac[0] + 1j * jac[-1]) / row(w / low, Q, what, moving, 1j, np.exp))
+            slopes.append((jac[0] + 1j * jac[-1]) / shape)
         good = all(np.isfinite(x).all() for x in slopes)
-        return _Seen(tangent, whiteners, omega, slopes, moving) if good else None
+        return _Seen(tangent, whiteners, slopes, kind(a)[0] in FACTORS) if good else None
 
-    def tried(self, first: Array, Q: float, what: str) -> list[Tried]:
+    def tried(self, first: Array, Q: float, shapes: Sequence[Array]) -> list[Tried]:
         """What each of the shapes promises that physics allows."""
-        rest = self._beside(1.0, first, Q, what)
-        size = np.sum(rest**2, axis=0) + 1e-300
-        along = -(rest.T @ self.tangent.r)
-        if what not in FACTORS:
+        among, toward, _ = self.tangent.products(self._columns(shapes))
+        size, along = among[:, 0, 0] + 1e-300, -toward[:, 0]
+        if not self.factor:
             step = np.maximum(along / size, 0.0)
             found = zip(step**2 * size, first, step, strict=True)
             return [(float(gain), float(w), Q, float(a)) for gain, w, a in found]
-        other = self._beside(1j, first, Q, what)
-        mixed, across = np.sum(rest * other, axis=0), -(other.T @ self.tangent.r)
-        rest_size = np.sum(other**2, axis=0) + 1e-300
+        mixed, across, rest_size = among[:, 0, 1], -toward[:, 1], among[:, 1, 1] + 1e-300
         det = np.maximum(size * rest_size - mixed**2, 1e-9 * size * rest_size)
         a, b = (along * rest_size - across * mixed) / det, (across * size - along * mixed) / det
         gain = a * along + b * across
         return [tuple(map(float, (g, w, Q, x, y))) for g, w, x, y in zip(gain, first, a, b, strict=True)]
 
-    def _beside(self, by: complex, first: Array, Q: float, what: str) -> Array:
-        """Whitened columns of resonances of height `by`, less what the fit's own parameters can do."""
-        columns = [
-            _white(v, by * x[:, None] * row(w[:, None] / first, Q, what, self.moving, 1j, np.exp))
-            for v, x, w in zip(self.whiteners, self.slopes, self.omega, strict=True)
-        ]
-        return self.tangent.off(np.concatenate(columns))
+    def _columns(self, shapes: Sequence[Array]) -> Array:
+        """Whitened columns (m, N, k) of resonances of height 1, and j for a factor."""
+        found = []
+        for v, slope, shape in zip(self.whiteners, self.slopes, shapes, strict=True):
+            z = slope * shape
+            found.append(np.stack([_white(v, x) for x in ((z, 1j * z) if self.factor else (z,))], axis=1))
+        return np.moveaxis(np.concatenate(found, axis=-1), 1, 2)
 
 
 def _apart(tries: Sequence[Tried], count: int) -> list[Tried]:
@@ -180,9 +189,8 @@ def _apart(tries: Sequence[Tried], count: int) -> list[Tried]:
 
 
 def _white(w: Whitener, z: Array) -> Array:
-    """Whitened columns (2n, k) of complex changes z (n, k)."""
-    white = w.apply(np.stack([z.real.T, z.imag.T]))
-    return np.asarray(white.transpose(0, 2, 1).reshape(-1, z.shape[1]))
+    """Whitened complex changes z (m, n), as rows (m, 2n)."""
+    return np.concatenate(w.apply(np.stack([z.real, z.imag])), axis=1)
 
 
 def best_unlisted(outcome: Outcome) -> Fit | None:

@@ -19,6 +19,8 @@ renamed."""
 CANCELLED = 1e-3
 """Share of its length from which on a column less what the base's sensitivities make of it is exact enough;
 of what is shorter they are taken off once more."""
+ALIKE = 1e-13
+"""Square of what two strengths' parts differ in, over their own, below which they count as one."""
 AT_ONCE = 500_000
 """Numbers that are kept of the places of a grid: no more than the cache holds."""
 
@@ -78,6 +80,24 @@ class Tangent:
         if little.any():
             rest[little] -= (rest[little] @ self.q) @ self.q.T
         return np.swapaxes(rest.reshape(rows.shape), -1, -2)
+
+    def products(self, columns: Array) -> tuple[Array, Array, Array]:
+        """Of the parts of `columns` (m, N, k) that no change of the fitted parameters can make, without
+        making them: their products with each other (m, k, k) and with the residual (m, k); and the squares of
+        the whole columns (m, k)."""
+        rows = np.swapaxes(columns, -1, -2)  # as they lie in memory
+        shape, whole = rows.shape[:2], rows.reshape(-1, rows.shape[-1])
+        taken, along, square = whole @ self.q, whole @ self.r, np.einsum("kn,kn->k", whole, whole)
+        little = np.flatnonzero(square - np.sum(taken**2, axis=1) < CANCELLED**2 * square)
+        if little.size:  # a small difference of large numbers: these are made
+            whole = whole.copy()
+            whole[little] = self.off(whole[little].T).T
+            taken[little] = 0.0
+            along[little] = whole[little] @ self.r
+        along -= taken @ (self.r @ self.q)
+        whole, taken = whole.reshape(rows.shape), taken.reshape(*shape, -1)
+        among = whole @ np.swapaxes(whole, -1, -2) - taken @ np.swapaxes(taken, -1, -2)
+        return among, along.reshape(shape), square.reshape(shape)
 
 
 def score(
@@ -150,22 +170,22 @@ Found = tuple[float, dict[str, float]] | None
 
 def _slopes(h: Hypothesis, tangent: Tangent, whiteners: Sequence[Whitener], places: Array) -> Iterator[Found]:
     """One-sided scores of the strengths' derivatives at null, at each of `places` (m, p)."""
-    names, r = h.added[-1].strengths, tangent.r
+    names = h.added[-1].strengths
     index = [h.names.index(n) for n in names]
     null = places[:, index]
     low, high = np.array([h.experiment.layout.parameters[i].bounds for i in index]).T
     with np.errstate(all="ignore"):
-        columns = h.experiment.columns(places, index, whiteners)
-        rests = tangent.off(columns)  # what the base's parameters leave of them
-        size = np.sum(rests**2, axis=1)
-        seen = size > BLIND * np.sum(columns**2, axis=1)
-        told = np.all(np.isfinite(columns), axis=(1, 2)) & seen.any(axis=1)
-        step = -(r @ rests) / size
+        among, along, square = tangent.products(h.experiment.columns(places, index, whiteners))
+        size = np.einsum("mkk->mk", among)  # of what the base's parameters leave
+        seen = size > BLIND * square
+        told = np.all(np.isfinite(square), axis=1) & seen.any(axis=1)
+        step = -along / size
         for k in np.flatnonzero(told) if len(names) > 1 else ():
             step[k] = 0.0
-            step[k, seen[k]] = np.linalg.lstsq(rests[k][:, seen[k]], -r, rcond=None)[0]
+            which = np.ix_(seen[k], seen[k])
+            step[k, seen[k]] = np.linalg.lstsq(among[k][which], -along[k, seen[k]], rcond=ALIKE)[0]
         step = np.clip(null + step, low, high) - null  # as far as its bounds let it
-        gain = r @ r - np.sum((r + np.einsum("mnk,mk->mn", rests, step)) ** 2, axis=1)
+        gain = -np.sum(step * (2 * along + np.einsum("mjk,mk->mj", among, step)), axis=1)
         # if it had the sign that physics forbids, a small start in the allowed direction all the same
         allowed = np.where(low >= null, 1.0, -1.0)
         small = np.clip(null + allowed * 0.1 / np.sqrt(np.maximum(size, 1e-300)), low, high)
@@ -219,9 +239,9 @@ def _secants(h: Hypothesis, tangent: Tangent, whiteners: Sequence[Whitener], pla
     with np.errstate(all="ignore"):
         changes = h.experiment.sums(whiteners).residuals(places) - tangent.r
         finite = np.all(np.isfinite(changes), axis=1)
-        rests = tangent.off(np.where(finite[:, None], changes, 0.0).T).T
-        size, along = np.sum(rests**2, axis=1), rests @ tangent.r
-        told = finite & (size > BLIND * np.sum(changes**2, axis=1))
+        found = tangent.products(np.where(finite[:, None], changes, 0.0)[..., None])
+        size, along, square = found[0][:, 0, 0], found[1][:, 0], found[2][:, 0]
+        told = finite & (size > BLIND * square)
         scale = np.clip(-along / size, 0.0, 1.0)
         gains = -scale * (2 * along + scale * size)
     return [(float(gain), {}) if tells else None for gain, tells in zip(gains, told, strict=True)]
