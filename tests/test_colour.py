@@ -13,6 +13,8 @@ from modelgen.fit.colour import (
     noise_like,
     recursive,
     smeared,
+    smears,
+    smoothing,
     through,
 )
 from modelgen.fit.whitener import Whitener
@@ -37,6 +39,18 @@ def test_the_factor_is_that_of_the_dense_covariance(a: tuple[float, ...], varian
     for k in range(len(band)):
         lower += np.diag(band[k, : n - k], -k)
     assert np.allclose(lower @ lower.T, wanted, rtol=0, atol=1e-12 * np.abs(wanted).max())
+
+
+def test_what_smoothing_makes_of_errors_is_what_its_rows_say() -> None:
+    rng = np.random.default_rng(2)
+    n = 120
+    window, e = rng.integers(4, 15, n), rng.standard_normal(n)
+    found, reach = smoothing(window, e), 14
+    around = np.pad(e, reach)
+    for order in range(3):
+        rows = smears(window, np.eye(3)[order][:, None] * np.ones(n))
+        assert np.allclose(np.linalg.norm(rows, axis=1), 1)
+        assert np.allclose(found[order], [rows[i] @ around[i : i + 2 * reach + 1] for i in range(n)])
 
 
 @pytest.mark.parametrize("power", [0.25, 0.5, 0.75])

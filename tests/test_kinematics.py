@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import isotonic_regression
 from scipy.signal import savgol_coeffs
 
 from modelgen.errors import InputError
 from modelgen.recordings import Channel, Kinematics, Signature, kinematics, load_case, read_case_file
 from modelgen.recordings.savgol import kernels
+from modelgen.recordings.turns import rising
 
 SHARED = Path(__file__).parents[2] / "shared" / "data"
 NOISE = 2.88e-4  # mm, of the displacement sensor of the MRE paper
@@ -355,3 +357,8 @@ def test_weights_of_a_window_are_savitzkys_and_golays(length: int, degree: int) 
     for order, weights in enumerate(kernels(length, degree)):
         wanted = savgol_coeffs(length, degree, deriv=order, use="dot")
         assert np.allclose(weights, wanted, rtol=0, atol=1e-9 * np.abs(wanted).max())
+
+
+@given(st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=60))
+def test_the_nearest_path_that_never_falls(x: list[float]) -> None:
+    assert np.allclose(rising(np.array(x)), isotonic_regression(x).x, rtol=1e-9, atol=1e-9)

@@ -44,12 +44,12 @@ def _one_way(z: Array, steps: NDArray[np.intp], least: float) -> Array:
     parts = []
     for begin, end in pairwise(bounds):
         part, before = z[begin:end], z[max(begin - 1, 0)]
-        parts.append(_rising(part) if part[-1] >= before else -_rising(-part))
+        parts.append(rising(part) if part[-1] >= before else -rising(-part))
     path = np.concatenate(parts)
     return np.where(np.abs(path - z) < least, path, z)
 
 
-def _rising(x: Array) -> Array:
+def rising(x: Array) -> Array:
     """The nearest (n,) that never falls: neighbours that do are pooled (Ayer et al., Ann. Math. Stat. 26
     (1955) 641). SciPy's needs longer to be imported than this for a record."""
     means: list[float] = []
