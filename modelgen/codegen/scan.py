@@ -7,7 +7,8 @@ from collections.abc import Collection, Sequence
 from functools import cached_property
 
 from modelgen.codegen.affine import Recurrence, earlier, recurrences, special, specialised
-from modelgen.codegen.kernels import Channel, Region, Stages, channels
+from modelgen.codegen.channels import Channel, channels
+from modelgen.codegen.kernels import Region, Stages
 from modelgen.codegen.loops import Stores, indent, marching, opening
 from modelgen.codegen.real import Work
 from modelgen.codegen.tile import Tile

@@ -15,6 +15,7 @@ from modelgen.codegen.real import Work, work
 from modelgen.codegen.split import Pair
 from modelgen.export.floats import MATH
 from modelgen.export.rewrite import STEP, at_start, at_step, inputs_of, only, rewrite, rewrite_root
+from modelgen.export.stores import bare, broken, guarded
 from modelgen.language import Model
 
 KEYWORDS = frozenset((
@@ -25,7 +26,6 @@ KEYWORDS = frozenset((
     "false", "class", "template", "this", "new", "delete", "private", "public", "operator", "namespace",
     "signgam", "isnan", "isinf", "isfinite", "signbit", "fpclassify",
 ))  # fmt: skip
-WIDTH, INDENT = 120, " " * 8  # of a line; of its continuation
 assert "state" in RESERVED and "tangent" in RESERVED, "pointers of the functions below"
 
 
@@ -214,23 +214,23 @@ class _Maker:
         kept = [f"state->{s.member} = " for s in self.states]
         values = [printer.value(at) for at in results.states]
         values += [printer.value(sample.graph.input(of)) for of in self.previous.values()]
-        stores = [k + _bare(v) + ";" for k, v in zip(kept, values, strict=True)]
+        stores = [k + bare(v) + ";" for k, v in zip(kept, values, strict=True)]
         stores += [
-            f"out->{s.member} = {_bare(printer.value(at))};"
+            f"out->{s.member} = {bare(printer.value(at))};"
             for s, at in zip(self.outputs, results.outputs, strict=True)
         ]
         checked = [printer.value(at) for at in dict.fromkeys(results.all())]
         if jacobian:
             stores += [
-                f"tangent->{s.member} = {_bare(printer.value(at))};"
+                f"tangent->{s.member} = {bare(printer.value(at))};"
                 for s, at in zip(self.tangents, results.tangents, strict=True)
             ]
             width = len(self.program.wrt)
             stores += [
-                f"jac[{k // width}][{k % width}] = {'0.0' if at is None else _bare(printer.value(at))};"
+                f"jac[{k // width}][{k % width}] = {'0.0' if at is None else bare(printer.value(at))};"
                 for k, at in enumerate(results.jacobian)
             ]
-        body += _guarded(checked, stores)
+        body += guarded(checked, stores)
         arguments = self._arguments(name, jacobian)
         unused = [x for x in ("p", "in") if not re.search(rf"\b{x}->", "\n".join(body))]
         body = [*(f"(void){x};" for x in unused if re.search(rf"\*{x}\b", arguments)), *body]
@@ -261,7 +261,7 @@ class _Maker:
         parts.append(f"{self.prefix}_output *out")
         if jacobian:
             parts.append(f"double jac[{self.prefix.upper()}_ROWS][{self.prefix.upper()}_COLUMNS]")
-        return _broken(parts, ", ", len(f"int {self.prefix}_{name}();"))
+        return broken(parts, ", ", len(f"int {self.prefix}_{name}();"))
 
     def _loads(self, printer: Printer, need: list[int], starts: bool, moving: _Moving) -> list[str]:
         """Struct members that the body uses, as local constants; variables where a loop moves them."""
@@ -320,36 +320,3 @@ def _results(sample: Sample, program: Program, outputs: list[Pair], jacobian: bo
         slopes += [d[k] for k in parts for d in sample.jacobian[o]]
     tangents = tuple(sample.sensitivities.values()) if jacobian else ()
     return _Results(tuple(sample.states.values()), tuple(values), tangents, tuple(slopes))
-
-
-def _guarded(checked: list[str], stores: list[str]) -> list[str]:
-    """Nothing is written unless all results are finite."""
-    names = [v for v in dict.fromkeys(checked) if re.match(r"\(*-?[A-Za-z_]", v)]  # numbers are finite
-    test = _broken([f"mg_finite({_bare(v)})" for v in names], " && ", len("    if () {")) or "1"
-    return ["int status = 1;", f"if ({test}) {{", *(f"    {s}" for s in stores), "    status = 0;", "}",
-            "return status;"]  # fmt: skip
-
-
-def _broken(parts: Sequence[str], between: str, beside: int) -> str:
-    """Parts of a list in C, over lines of at most WIDTH characters of which one has `beside` more."""
-    lines, width = [""], beside
-    for k, part in enumerate(parts):
-        piece = part + (between if k < len(parts) - 1 else "")
-        if lines[-1] and width + len(piece) > WIDTH:
-            lines.append("")
-            width = len(INDENT)
-        lines[-1] += piece
-        width += len(piece)
-    return f"\n{INDENT}".join(line.rstrip() for line in lines)
-
-
-def _bare(text: str) -> str:
-    """Without the parentheses around the whole."""
-    if not (text.startswith("(") and text.endswith(")")):
-        return text
-    depth = 0
-    for k, ch in enumerate(text):
-        depth += (ch == "(") - (ch == ")")
-        if depth == 0 and k < len(text) - 1:
-            return text
-    return text[1:-1]
