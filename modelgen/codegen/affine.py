@@ -39,11 +39,11 @@ def recurrences(sample: Sample) -> tuple[Recurrence, ...] | None:
     level = 0
     while len(found) < len(wanted):
         scanned = {x.state for x in found}
-        blocked = {inputs[n] for n in wanted if n not in scanned}
+        depends = _below(graph, {inputs[n] for n in wanted if n not in scanned})
         now = []
         for name in wanted:
             if name not in scanned:
-                part = _split(graph, wanted[name], inputs[name], _below(graph, blocked), {})
+                part = _split(graph, wanted[name], inputs[name], depends, {})
                 if part is not None:
                     zero = graph.const(0.0)
                     factor, rest = (zero if x is None else x for x in part)
@@ -61,7 +61,7 @@ def _below(graph: Graph, sources: set[int]) -> Callable[[int], bool]:
 
     def depends(at: int) -> bool:
         if at not in memo:
-            memo[at] = at in sources or any(depends(a) for a in graph.nodes[at].args)
+            memo[at] = at in sources or any(map(depends, graph.nodes[at].args))
         return memo[at]
 
     return depends
@@ -77,9 +77,13 @@ def _split(
     if not depends(at):
         return None, at
     if at not in memo:
-        node = graph.nodes[at]
-        parts = [_split(graph, a, x, depends, memo) for a in node.args]
-        memo[at] = None if None in parts else _combine(graph, node, [p for p in parts if p is not None])
+        node, parts = graph.nodes[at], list[Part]()
+        for a in node.args:
+            part = _split(graph, a, x, depends, memo)
+            if part is None:
+                break
+            parts.append(part)
+        memo[at] = _combine(graph, node, parts) if len(parts) == len(node.args) else None
     return memo[at]
 
 

@@ -4,6 +4,7 @@ by hand."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import reduce
 from operator import or_
@@ -43,10 +44,7 @@ class Lowering:
     `values` maps every name to its SX; `tangent` gives derivatives by the directions of `columns`.
     """
 
-    def __init__(
-        self, model: Model, wrt: tuple[str, ...], first: bool, pattern: dict[str, set[int]] | None = None,
-        part: bool = False,
-    ):  # fmt: skip
+    def __init__(self, model: Model, wrt: tuple[str, ...], first: bool, part: bool = False):
         self.model, self.wrt, self.first = model, wrt, first
         self.part = ca.SX.sym(PART) if part else None
         self.split_complex = _has_nonholomorphic(model)
@@ -55,16 +53,25 @@ class Lowering:
         self._declare_parameters()
         self.old = {s.name: ca.SX.sym(s.name) for s in model.states}
         self.translator.env |= {**self.inputs, **({} if first else self.old)}
-        self.sensitivities: dict[tuple[str, int], Any] = {}
-        self._old_tangent = ca.SX(len(self.old), len(self.directions))
-        for row, name in enumerate(self.old):
-            for at in sorted((pattern or {}).get(name, ())):
-                symbol = ca.SX.sym(f"d_{name}_{at}")
-                self.sensitivities[name, at] = self._old_tangent[row, at] = symbol
-        leaves = [self._symbol(d) for d in self.directions] + ([] if first else list(self.old.values()))
-        rows = ca.vertcat(ca.SX.eye(len(self.directions)), *([] if first else [self._old_tangent]))
-        self.chain = Chain(self.translator, leaves, rows)
         self._run()
+        self._chained({})
+
+    def along(self, pattern: dict[str, set[int]]) -> Lowering:
+        """The same where each state had depended on the directions that `pattern` says."""
+        found = copy(self)
+        found._chained(pattern)
+        return found
+
+    def _chained(self, pattern: dict[str, set[int]]) -> None:
+        self.translator = self.translator.copy()  # derivatives make calls
+        self.sensitivities: dict[tuple[str, int], Any] = {}
+        old = ca.SX(len(self.old), len(self.directions))
+        for row, name in enumerate(self.old):
+            for at in sorted(pattern.get(name, ())):
+                self.sensitivities[name, at] = old[row, at] = ca.SX.sym(f"d_{name}_{at}")
+        leaves = [self._symbol(d) for d in self.directions] + ([] if self.first else list(self.old.values()))
+        rows = ca.vertcat(ca.SX.eye(len(self.directions)), *([] if self.first else [old]))
+        self.chain = Chain(self.translator, leaves, rows)
 
     def _declare_parameters(self) -> None:
         env = self.translator.env
@@ -264,11 +271,12 @@ def lower(model: Model, wrt: tuple[str, ...]) -> Lowered:
     pattern: dict[str, set[int]] = {s.name: set() for s in model.states}
     first = Lowering(model, wrt, first=True)
     _collect(pattern, first)
+    plain = Lowering(model, wrt, first=False)
+    apart = Lowering(model, wrt, first=False, part=True) if parts_of(model) else None
     while True:
         size = sum(map(len, pattern.values()))
-        step = Lowering(model, wrt, False, pattern)
+        step, part = plain.along(pattern), apart and apart.along(pattern)
         _collect(pattern, step)
-        part = Lowering(model, wrt, False, pattern, part=True) if parts_of(model) else None
         if part is not None:
             _collect(pattern, part)
         if sum(map(len, pattern.values())) == size:

@@ -3,7 +3,7 @@ symbol."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -58,6 +58,10 @@ class Translator:
     j: Any = field(default_factory=lambda: ca.SX.sym("j"))
     calls: list[Call] = field(default_factory=list)
     _known: dict[tuple[Any, ...], Call] = field(default_factory=dict)
+
+    def copy(self) -> Translator:
+        """The same; calls that one makes are not the other's."""
+        return replace(self, calls=list(self.calls), _known=dict(self._known))
 
     def same(self, name: str, value: Any) -> Any:
         """A symbol for a real value, so that derivatives of what uses it hold its derivative as a whole."""
