@@ -97,27 +97,34 @@ def _starts(
             for f, tangent in zip(references, tangents, strict=True)
             for _, v in score(h, f.hypothesis, f.theta, tangent, whiteners, KEEP, points).starts
         ]
-    tries: list[list[Tried]] = [[] for _ in references]
     seen = [_Seen.of(h, f, t, whiteners) for f, t in zip(references, tangents, strict=True)]
+    names = [f"{a.id}_{n}" for n in ("omega_1", "Q", *(q.name for q in a.effect.strengths))]
+    return [
+        h.place(f.hypothesis, f.theta, dict(zip(names, values, strict=True)))
+        for f, own in zip(references, _promising(h, seen, grids), strict=True)
+        for _, *values in own
+        if values[2]
+    ]
+
+
+def _promising(
+    h: Hypothesis, seen: Sequence[_Seen | None], grids: Sequence[tuple[Array, float]]
+) -> list[list[Tried]]:
+    """Of each reference as it is `seen`, the best of what lies on the grids."""
+    tries: list[list[Tried]] = [[] for _ in seen]
     for first, Q in grids:
         shapes = _shapes(h, first, Q)
         for own, eye in zip(tries, seen, strict=True):
             own += eye.tried(first, Q, shapes) if eye else []
     chosen = [_apart(own, KEEP) for own in tries]
-    if kind(a)[0] == MANY:
+    if kind(h.added[0])[0] == MANY:
         single = [(first, Q, _shapes(h, first, Q, ONE)) for first, Q in grids]
         for own, eye in zip(chosen, seen, strict=True):
             if eye:
                 line = max(t for grid in single for t in eye.tried(*grid))
                 first = line[1] / np.arange(1, MODES + 1)
                 own += eye.tried(first, line[2], _shapes(h, first, line[2]))
-    names = [f"{a.id}_{n}" for n in ("omega_1", "Q", *(q.name for q in a.effect.strengths))]
-    return [
-        h.place(f.hypothesis, f.theta, dict(zip(names, values, strict=True)))
-        for f, own in zip(references, chosen, strict=True)
-        for _, *values in own
-        if values[2]
-    ]
+    return chosen
 
 
 def _shapes(h: Hypothesis, first: Array, Q: float, what: str = "") -> list[Array]:
