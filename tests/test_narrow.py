@@ -8,6 +8,8 @@ import numpy as np
 from coils import HEAD, verdict
 from scipy.optimize import brentq
 
+from modelgen.diagnose.noise.glitches import by_chance
+
 SHARE, MASS = 0.3, 0.013
 """Of the moving mass, that is a rod with waves in it; and all of it [kg]."""
 
@@ -23,3 +25,14 @@ def test_a_narrow_resonance_that_a_law_explains_is_no_outlier(tmp_path: Path) ->
     assert [e.id for e in found.effects] == ["distributed_rod"]
     assert not found.effects[0].equivalents
     assert not any("outlier" in n for n in found.notes)
+
+
+def test_what_stands_at_one_frequency_in_every_sweep_is_no_glitch() -> None:
+    f = [np.geomspace(1.0, 10.0, 50), np.geomspace(1.0, 10.0, 50), np.geomspace(1.1, 11.0, 70)]
+    marks = [np.zeros(len(x), dtype=bool) for x in f]
+    for x, m in zip(f, marks, strict=True):
+        m[np.abs(np.log(x / 5.0)) < 0.04] = True  # a narrow resonance
+    marks[0][[3, 40]] = marks[1][40] = True  # glitches, two of them at the same frequency
+    kept = by_chance(f, marks)
+    assert [np.flatnonzero(m).tolist() for m in kept] == [[3, 40], [40], []]
+    assert [m.tolist() for m in by_chance(f[:2], marks[:2])] == [m.tolist() for m in marks[:2]]

@@ -22,7 +22,7 @@ from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, recor
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.between import smoothly_driven
 from modelgen.diagnose.noise.floor import no_finer_than_rounded, parted, slanted
-from modelgen.diagnose.noise.glitches import bursts, laid_open, rather
+from modelgen.diagnose.noise.glitches import bursts, by_chance, laid_open, rather
 from modelgen.diagnose.noise.noise import marked, masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.diagnose.noise.thin import thin
@@ -161,7 +161,8 @@ def _marks(judge: Judge, fit: Fit, e: Experiment) -> tuple[Array, ...]:
         rest = masked(e.series, together)
         fit = replace(judge, whiteners=tuple(s.whitener for s in rest)).fit(fit.hypothesis, [fit.theta])
         alone = [outliers_of(e, fit.theta, k) for k in range(len(e.series))]
-    return tuple(a | b for a, b in zip(alone, together, strict=True))
+    marks = [a | b for a, b in zip(alone, together, strict=True)]
+    return tuple(by_chance([s.inputs[e.model.axis] for s in e.series], marks))
 
 
 def _oddity(

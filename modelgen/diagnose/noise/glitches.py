@@ -27,6 +27,27 @@ ROUNDS = 15
 """Turns of the fit with heavy tails."""
 
 
+def by_chance(along: Sequence[Array], marks: Sequence[Array]) -> list[Array]:
+    """`marks` (n,) bool of sweeps over frequencies `along` without those runs that stand at one frequency in
+    all of three sweeps or more: a glitch knows nothing of the others, a narrow resonance is in each."""
+    if len(marks) < AGAIN:
+        return list(marks)
+    places = [np.sort(f[m]) for f, m in zip(along, marks, strict=True)]
+    found = []
+    for f, m in zip(along, marks, strict=True):
+        ends = np.flatnonzero(np.diff(np.concatenate([[False], m, [False]]).astype(int))).reshape(-1, 2)
+        kept = m.copy()
+        for a, b in ends:
+            low, high = f[max(a - 1, 0) : b + 1].min(), f[max(a - 1, 0) : b + 1].max()
+            kept[a:b] = not all(np.any((low <= x) & (x <= high)) for x in places)
+        found.append(kept)
+    return found
+
+
+AGAIN = 3
+"""Sweeps in all of which lone samples do not stand at the same frequency by chance."""
+
+
 def laid_open(base: Fit, best: Fit, bare: Sequence[Series], marks: Sequence[Array]) -> list[Array] | None:
     """Outliers of each recording, (n,) bool, as a law that fits shows them; None where none that matters is
     new, or the law leaves more than noise itself.
