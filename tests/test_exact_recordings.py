@@ -36,6 +36,12 @@ def test_an_exact_sweep_lacks_nothing(tmp_path: Path, digits: str, n: int, top: 
     assert v.adequate and any("no noise" in note for note in v.notes)
 
 
+def test_as_many_numbers_as_parameters_do_not_tell_noise(tmp_path: Path) -> None:
+    v = _coil(tmp_path, "%.6g", np.geomspace(65, 70, 3))
+    assert v.adequate and "can't be judged" in v.summary
+    assert not any("no noise" in note for note in v.notes)
+
+
 def test_each_output_is_exact_by_itself() -> None:
     """Degrees beside N/m: the larger numbers say nothing of the smaller."""
     data = np.stack([np.linspace(0, 1e6, 50), np.linspace(0, 1, 50)])

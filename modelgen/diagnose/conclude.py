@@ -14,7 +14,7 @@ from modelgen.diagnose.account.extended import extended
 from modelgen.diagnose.account.holdout import look_at_holdout
 from modelgen.diagnose.account.locate import locate
 from modelgen.diagnose.account.show import port_curve, port_sensitivities, traces
-from modelgen.diagnose.account.words import blind_note, bound_note, holdout_note, spare_values, summary
+from modelgen.diagnose.account.words import blind_note, bound_note, enough, holdout_note, summary
 from modelgen.diagnose.gate.exact import exact, nothing_left
 from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled
 from modelgen.diagnose.gate.leftover import Leftover
@@ -81,7 +81,7 @@ def conclude(
         unit=setting.series[0].unit,
         extended_model=path,
         seconds=time.perf_counter() - begun,
-        summary=summary(setting, findings, held, gate, spare_values(best)),
+        summary=summary(setting, findings, held, gate, best),
         trials=_trials(outcome),
         traces=shown,
         curve=port_curve(setting, best, sensitivities, port),
@@ -99,7 +99,7 @@ def _decide(
 ) -> Decision:
     """Gate the best hypothesis, then name what it holds, or model what nothing names."""
     if exact(outcome.base):
-        return Decision(setting, outcome, nothing_left(outcome), outcome.base)
+        return Decision(setting, outcome, nothing_left(outcome, enough(outcome.base)), outcome.base)
     outcome = named_rather(with_rivals(setting, rather_described(setting, outcome)))
     gate = judge_adequacy(setting, outcome, sensitivities, oddity)
     if outcome.best.ids or gate.unknown:

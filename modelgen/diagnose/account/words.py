@@ -42,10 +42,16 @@ def spare_values(fit: Fit) -> int:
     return effective(fit.white) - fit.parameters
 
 
-def summary(setting: Setting, findings: Sequence[Finding], held: Held, gate: Gate, spare: int) -> str:
+def enough(fit: Fit) -> bool:
+    """Whether the data are enough for a fit without misfit to say something."""
+    return spare_values(fit) >= FEW
+
+
+def summary(setting: Setting, findings: Sequence[Finding], held: Held, gate: Gate, best: Fit) -> str:
     model, before, after = setting.model.id, held.before.fit_over_noise, held.after.fit_over_noise
-    if not findings and spare < FEW:
-        return f"{model} can't be judged: {max(spare, 0)} values more than parameters tell nothing."
+    if not findings and not enough(best):
+        spare = max(spare_values(best), 0)
+        return f"{model} can't be judged: {spare} values more than parameters tell nothing."
     if not findings:
         left = f"what is left is {after:.2f} times the noise, and looks like it"
         return f"{model} explains the recordings: {left}.{_but(setting, held, gate)}"

@@ -30,11 +30,15 @@ def recorded_exactly(s: Series, left: Array) -> bool:
     return bool(np.all(np.mean(share**2, axis=1) < EXACT**2))
 
 
-def nothing_left(outcome: Outcome) -> Gate:
-    """The gate on that: nothing is missing."""
+def nothing_left(outcome: Outcome, enough: bool) -> Gate:
+    """The gate on that: nothing is missing.
+
+    enough: data are more than parameters, of which as many fit anything exactly, noise and all.
+    """
     floor = max(mean_square(plain_white(outcome.base)), 1e-300)
     words = "next to nothing, as of simulated recordings that hold no noise"
-    return Gate(False, Leftover(0.0, 0.0, "", ""), 1 - OUTSIDE, floor, float(np.sqrt(floor)), words, (NOTE,))
+    notes = (NOTE,) if enough else ()
+    return Gate(False, Leftover(0.0, 0.0, "", ""), 1 - OUTSIDE, floor, float(np.sqrt(floor)), words, notes)
 
 
 NOTE = "the model leaves no more than arithmetic and rounding do: these recordings hold no noise"
