@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 
 import modelgen.models as models
 from modelgen.codegen import build, build_many
+from modelgen.codegen.build import ALL
 from modelgen.codegen.compiler import FAST, find_compiler
 from modelgen.codegen.emit import emit, environment
 from modelgen.codegen.program import build_program
@@ -150,6 +151,16 @@ def test_nothing_is_divided_by_what_may_be_zero() -> None:
     written = function.all(f=[1600.0], **values)["Z"]
     assert function(f=[1600.0], **values) == pytest.approx(written, rel=1e-13)
     assert np.isfinite(function.jacobian(f=[1600.0], **values)).all()
+
+
+def test_nor_by_what_other_bounds_kept_from_zero() -> None:
+    """Code that is kept from an earlier build is not that of the same equations under tighter bounds."""
+    model = models.magnetostrictive_transducer
+    for low in (1e-30, -np.inf):
+        bounded = (replace(p, bounds=(low, np.inf)) for p in model.parameters if isinstance(p, Parameter))
+        within = model.with_parameters(*bounded)
+        kept = build(within, SIX, wait=True).code.source.kernels
+        assert [k.work for k in kept] == [k.work for k in emit(build_program(within, SIX), ALL).kernels]
 
 
 @pytest.mark.parametrize("held", SIX)

@@ -19,6 +19,7 @@ from modelgen.codegen.compiler import FAST, QUICK, WIDE, compile_library, find_c
 from modelgen.codegen.emit import Kernel, Source, emit, templates_folder
 from modelgen.codegen.function import Function
 from modelgen.codegen.instant import Memory, available
+from modelgen.codegen.lower import nonzero
 from modelgen.codegen.program import build_program
 from modelgen.codegen.real import Work
 from modelgen.codegen.tiers import AGAIN, WORTH, Code, Rise, Tiers
@@ -183,6 +184,7 @@ def _key(
     parts = (
         model.hash,
         model.options,
+        sorted(nonzero(model)),
         tuple(wrt),
         tuple(kernels),
         measures and tuple(measures),

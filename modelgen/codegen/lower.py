@@ -203,10 +203,7 @@ class Lowering:
         exprs = [self.values[o] for o in outputs]
         if self.model.states or not self.model.inputs:
             return exprs, self.tangent(exprs)
-        nonzero = {p.name for p in self.model.scalar_parameters if p.bounds[0] > 0 or p.bounds[1] < 0}
-        nonzero |= {p.name for p in self.model.parameters if isinstance(p, ComplexParameter)
-                    and {p.re.name, p.im.name} & nonzero}  # fmt: skip
-        short = staged(exprs, self._masks(), self.translator.j, nonzero)
+        short = staged(exprs, self._masks(), self.translator.j, nonzero(self.model))
         tangent = self.tangent(short.exprs)
         if short.symbols:
             slopes = ca.jacobian(ca.vertcat(*short.exprs), ca.vertcat(*short.symbols))
@@ -229,6 +226,13 @@ def parts_of(model: Model) -> int:
     """How many parts a step has, if so many that they are a loop; else 0."""
     steps = max((s.substeps for s in model.states if s.rate is not None), default=0)
     return steps if steps > UNROLLED else 0
+
+
+def nonzero(model: Model) -> set[str]:
+    """Names of parameters whose bounds leave 0 out: by these an expression may be divided."""
+    found = {p.name for p in model.scalar_parameters if p.bounds[0] > 0 or p.bounds[1] < 0}
+    pairs = (p for p in model.parameters if isinstance(p, ComplexParameter))
+    return found | {p.name for p in pairs if {p.re.name, p.im.name} & found}
 
 
 def _has_nonholomorphic(model: Model) -> bool:
