@@ -5,8 +5,9 @@ A beam holds what explains much alone. Two effects of which either is hidden by 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -65,9 +66,8 @@ def joint(
     if not changes:
         return []
     least = -np.inf if s.cheap else float(tangent.r @ tangent.r) - below
-    found = _best(changes, tangent, least)
-    chosen = [pairs[:shapes] for pairs in found if _key(pairs[0]) not in known]
-    chosen = chosen[: PAIRS if s.cheap else DEAR]
+    new = (pairs[:shapes] for pairs in _best(changes, tangent, least) if _key(pairs[0]) not in known)
+    chosen = list(islice(new, PAIRS if s.cheap else DEAR))
     made = make_hypotheses(
         s.model, s.case, s.series, [tuple(c.score.addition for c in pairs[0].changes) for pairs in chosen]
     )
@@ -123,23 +123,27 @@ def _changes(x: Score, base: Fit, judge: Judge, tangent: Tangent, most: int | No
     return found
 
 
-def _best(changes: Sequence[_Change], tangent: Tangent, least: float) -> list[list[_Pair]]:
+def _best(changes: Sequence[_Change], tangent: Tangent, least: float) -> Iterator[list[_Pair]]:
     """Pairs of different effects that explain more than `least`, those that explain most first, with the
     parts of their changes; one law of each, in the few shapes that explain most."""
     C = np.stack([c.change for c in changes], axis=1)
     size = np.linalg.norm(C, axis=0)
-    G, b = (C / size).T @ (C / size), -(C / size).T @ tangent.r
+    C /= size
+    G, b = C.T @ C, -C.T @ tangent.r
     rest = np.where(np.abs(G) < ALIKE, 1 - G**2, np.inf)
     parts = (b[:, None] - G * b[None, :]) / rest  # of the first of a pair; those of the second by transposing
     gain = np.where((parts > 0) & (parts.T > 0), parts * b[:, None] + parts.T * b[None, :], 0.0)
-    found: dict[frozenset[str], list[_Pair]] = {}
-    for k in np.argsort(-np.triu(gain, 1), axis=None):
-        i, m = divmod(int(k), len(changes))
-        ids = frozenset((changes[i].score.addition.id, changes[m].score.addition.id))
-        if i >= m or gain[i, m] <= max(least, 0.0):
-            break
-        pair = _Pair((changes[i], changes[m]), (float(parts[i, m] / size[i]), float(parts[m, i] / size[m])))
-        known = found.setdefault(ids, [pair])
-        if len(ids) == 2 and known[0] is not pair and len(known) < STARTS and _key(pair) == _key(known[0]):
-            known.append(pair)
-    return [pairs for ids, pairs in found.items() if len(ids) == 2]
+    ids, effect = np.unique([c.score.addition.id for c in changes], return_inverse=True)
+    one, other = np.nonzero(np.triu(gain > max(least, 0.0), 1) & (effect[:, None] != effect))
+    order = np.argsort(-gain[one, other], kind="stable")
+    one, other = one[order], other[order]
+    both = np.sort([effect[one], effect[other]], axis=0)
+    which = both[0] * len(ids) + both[1]
+    for first in np.sort(np.unique(which, return_index=True)[1]):
+        alike = np.flatnonzero(which[first:] == which[first]) + first
+        pairs = (
+            _Pair((changes[i], changes[m]), (float(parts[i, m] / size[i]), float(parts[m, i] / size[m])))
+            for i, m in zip(one[alike].tolist(), other[alike].tolist(), strict=True)
+        )
+        best = next(pairs)
+        yield [best, *islice((p for p in pairs if _key(p) == _key(best)), STARTS - 1)]
