@@ -26,11 +26,11 @@ def verdict(tmp_path: Path, seed: int, **drawn: Any) -> tuple[Any, Verdict]:
 @pytest.mark.parametrize(
     ("domain", "effect", "seed"),
     [
-        ("impedance", "semi_inductance", 1),
-        ("impedance", "coil_capacitance", 3),
+        pytest.param("impedance", "semi_inductance", 1, marks=pytest.mark.slow),
+        pytest.param("impedance", "coil_capacitance", 3, marks=pytest.mark.slow),
         ("gmm", "second_mode", 5),
-        ("force", "cubic_stiffness", 3),
-        ("force", "inertia", 8),
+        pytest.param("force", "cubic_stiffness", 3, marks=pytest.mark.slow),
+        pytest.param("force", "inertia", 8, marks=pytest.mark.slow),
         ("force", "backlash", 4),
     ],
 )

@@ -80,6 +80,7 @@ def two_effects(tmp_path_factory: pytest.TempPathFactory) -> tuple[Setting, Outc
     return seen[-1]
 
 
+@pytest.mark.slow
 def test_a_further_effect_that_may_be_almost_anything_is_not_claimed(
     two_effects: tuple[Setting, Outcome],
 ) -> None:
@@ -101,6 +102,7 @@ def test_a_further_effect_that_may_be_almost_anything_is_not_claimed(
     assert len(notes) == 1 and f"{share:.0%}" in notes[0] and "inertia" in notes[0]
 
 
+@pytest.mark.slow
 def test_over_time_a_second_effect_is_as_sure_as_its_part_of_the_evidence_is_large(
     two_effects: tuple[Setting, Outcome],
 ) -> None:
@@ -118,6 +120,7 @@ def test_over_time_a_second_effect_is_as_sure_as_its_part_of_the_evidence_is_lar
     assert little < 0.5 < some < 0.7 < much == most < 0.9
 
 
+@pytest.mark.slow
 def test_far_from_the_data_the_best_account_needs_no_more_than_evidence(
     two_effects: tuple[Setting, Outcome],
 ) -> None:

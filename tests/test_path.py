@@ -72,6 +72,7 @@ def test_turns_of_a_sine_are_sure() -> None:
     assert kinematics(t, np.sin(2 * np.pi * t / 25), 0.0).sigma_turn.max() < 1e-9
 
 
+@pytest.mark.slow
 def test_corners_between_the_samples_are_no_physics(tmp_path: Path) -> None:
     """Friction remembers where the path turned, and no record of samples says that of a sharp corner."""
     z = triangle(33.3, 700, 0.4, 0.1)

@@ -154,6 +154,7 @@ def test_a_short_sweep_may_have_five_gross_errors() -> None:
     assert not outliers(np.tile(white, 4)).any()
 
 
+@pytest.mark.slow
 def test_gross_errors_that_the_missing_physics_hides_are_found_once_it_is_known(tmp_path: Path) -> None:
     """A relaxing elastomer's swept stiffness with one wrong angle: the elastic model's misfit looks odder."""
     rng, f = np.random.default_rng(0), np.geomspace(0.3, 15, 28)

@@ -15,6 +15,7 @@ def resonant(f: Any, f0: float, Q: float) -> Any:
     return 1 / (1 + 1j * Q * (f / f0 - f0 / f))
 
 
+@pytest.mark.slow
 def test_crosstalk_is_no_effect_of_the_device(tmp_path: Path) -> None:
     f = np.geomspace(10.0, 2e4, 120)
     v = verdict(tmp_path, f, coil(f) * (1 + 0.03 * np.exp(2.1j) * resonant(f, 700.0, 0.7)))

@@ -73,11 +73,13 @@ def concealed(folder: Path, law: str, seed: int) -> Verdict:
     return diagnose(read_case(folder / "case.toml"), load("modified_dahl"))
 
 
+@pytest.mark.slow
 def test_a_sample_that_softens_on_in_mid_motion_is_told(tmp_path: Path) -> None:
     (found,) = concealed(tmp_path, "stress_softening", 73010).effects
     assert found.id == "stress_softening" and found.equivalents == ()
 
 
+@pytest.mark.slow
 def test_peaks_that_were_all_before_the_records_are_told_from_no_amplitude(tmp_path: Path) -> None:
     """Each record has one stiffness, its own: as of the peak that it reached before, as of its amplitude."""
     (found,) = concealed(tmp_path, "peak", 73010).effects

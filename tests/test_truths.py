@@ -423,6 +423,7 @@ def test_a_port_is_right_where_the_effect_acts() -> None:
     assert by_domain == {"impedance": True, "stiffness": False}
 
 
+@pytest.mark.slow
 def test_effects_that_run_away_together_are_drawn_again():
     """A spring that softens with the cube of a stroke to which its yielding joint adds has no equilibrium."""
     both = ("cubic_stiffness", "contact_compliance")

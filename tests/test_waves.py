@@ -34,6 +34,7 @@ def stub(f: Any) -> Any:
     return 1 / (1 / coil(f) + 4e-4 * np.tanh(0.5j * np.pi * f / 5e3 * (1 - 0.5j / Q)))
 
 
+@pytest.mark.slow
 def test_a_line_across_the_terminals_is_no_resonator_that_hangs_on(tmp_path: Path) -> None:
     f = np.geomspace(10.0, 2e4, 80)
     v = verdict(tmp_path, f, stub(f))
