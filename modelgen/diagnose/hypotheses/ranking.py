@@ -14,8 +14,9 @@ from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome
 Key = tuple[str, str, int]
 
 OUTSIDE = 0.07
-"""How often what is there was none of the tried hypotheses (another law, a combination) although one fits:
-so much less sure is a claim. As counted on independent truths, see PROOF.md."""
+"""How often what is there is none of the tried hypotheses (another law, a combination) although one fits: so
+much less sure is a claim. On our own truths it was 1 to 2 % (PROOF.md); this is more, as what others simulate
+or measure holds laws that neither these truths nor the catalogue have."""
 HELD = ((1.0,), (1.0, 0.85), (0.65, 0.5, 0.2))
 """How often, then, each of one, two, three claimed effects was there, by what they explain: a second one may
 be what the first, of another law, leaves, and with three none may be the right one."""
