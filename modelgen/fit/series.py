@@ -219,8 +219,8 @@ def _between_neighbours(y: Array, noise: Spread) -> Array:
 
 def _weight(case: Case, recording: Recording, found: list[str]) -> tuple[Array, bool]:
     """1/σ of each sample of real outputs, and whether σ is stated: if not, it is the scatter between
-    neighbours."""
-    from modelgen.fit.scatter import local_scatter
+    neighbours, but no less than the rounding: what happens to stay on one tread does not scatter."""
+    from modelgen.fit.scatter import local_scatter, rounding
 
     noise = case.noise_of(recording)
     rows, stated = [], True
@@ -228,7 +228,8 @@ def _weight(case: Case, recording: Recording, found: list[str]) -> tuple[Array, 
         x = recording.outputs[o]
         a, r = noise.sigma.get(o), noise.relative.get(o)
         stated = stated and (a is not None or r is not None)
-        level = a if a is not None else r * np.abs(x) if r is not None else local_scatter(x)
+        known = a if a is not None else None if r is None else r * np.abs(x)
+        level = max(local_scatter(x), rounding(x)) if known is None else known
         rows.append(1.0 / np.broadcast_to(level, x.shape))
     return np.stack(rows), stated
 
