@@ -11,6 +11,7 @@ from modelgen.diagnose import Verdict, diagnose
 from modelgen.diagnose.diagnosis import prepare
 from modelgen.diagnose.noise.noise import first_order
 from modelgen.fit.scatter import rounding
+from modelgen.fit.series import make_series
 from modelgen.models import load
 
 R_E, L_E, BL, K_M, R_M = 6.2, 6e-4, 5.5, 900.0, 0.7
@@ -172,3 +173,19 @@ def test_a_held_out_sweep_is_missed_by_as_much_as_was_foreseen(tmp_path: Path) -
         found.append((v.after.holdout_over_noise**2, v.after.foreseen**2))
     seen, expected = np.mean(found, axis=0)
     assert expected > 1.5 and 0.6 * expected < seen < 1.5 * expected
+
+
+def test_what_stays_on_one_tread_is_no_finer_than_the_tread(tmp_path: Path) -> None:
+    """A stiffness rounded to 0.003 N/mm that happens to stay where it is says nothing of its noise."""
+    f = np.geomspace(0.3, 15, 28)
+    k_s = 0.003 * np.round((0.776 + 4e-5 * f**2) / 0.003)
+    rows = np.column_stack([f, k_s, 5 + 0.9 * f])
+    head = "f [Hz],k_s [N/mm],loss_angle [deg]"
+    np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header=head, comments="", fmt="%.9g")
+    text = (
+        'model = "complex_stiffness"\n[constants]\nA_z = 0.2\n[[recording]]\nfile = "a.csv"\nrole = "fit"\n'
+    )
+    (tmp_path / "case.toml").write_text(text)
+    case = read_case(tmp_path / "case.toml")
+    s = make_series(load(case.model), case, case.fit[0])
+    assert 1 / s.whitener.weight[0].max() >= 0.999 * 0.003 / np.sqrt(12)
