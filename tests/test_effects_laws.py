@@ -564,6 +564,26 @@ def test_a_joint_gives_way_to_the_force_behind_it(law: str, joint: dict[str, flo
     assert np.sqrt(np.mean((F - exact) ** 2)) < 2e-3 * np.std(exact)
 
 
+@pytest.mark.parametrize("law", ["c", "c_k"])
+def test_a_memory_begins_behind_a_joint(law: str) -> None:
+    """A sample that rests under a force, behind a joint that gives: none of a springpot's arms is stretched,
+    and nothing moves."""
+    t = np.linspace(0, 1, 101)
+    still = record(t, np.zeros_like)
+    memory, joint = (
+        find("power_law_viscoelasticity", "force"),
+        find("contact_compliance", "displacement", law),
+    )
+    model = replace(load("modified_dahl"), checked=True)
+    for e in (memory, joint):
+        model = e.extend(model, e.fits(model)[0])
+    given = {"power_law_viscoelasticity_C": 0.3, "power_law_viscoelasticity_alpha": 0.4}
+    given |= {"power_law_viscoelasticity_held": 1.0, f"contact_compliance_{law}": 0.2}
+    given |= {"contact_compliance_tau": 0.02} if law == "c_k" else {}
+    F = Reading(model)(still, **(NOTHING | {"k_D": 0.5, "F_0": 0.7}), **given)["F"]
+    assert F == pytest.approx(F[-1], rel=5e-3)
+
+
 def test_payne_softening_follows_the_amplitude() -> None:
     t = np.arange(0, 6, 0.005)
     motion = record(t, lambda x: np.where(x < 3, 1.0, 0.3) * np.sin(2 * np.pi * x))

@@ -1,8 +1,9 @@
 """A joint that gives between the drive and the sample. Time domain, and samples in a steady cycle."""
 
+from dataclasses import replace
 from typing import Any
 
-from sympy import Symbol
+from sympy import Symbol, sympify
 
 from modelgen.effects.clearance import MOTION, inner, moved
 from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, at_start, change, unit_of
@@ -75,8 +76,10 @@ def _behind(model: Model, port: Port, mark: str, c: Any, tau: Any) -> Model:
         step = Equation(f"{name}_try_{k}", new - miss / gain, unit, text="what it gives, tried")
         tries += [*here, *there, step]
         new = step.symbol
+    model = model.with_parameters(beside)
     start, rate_start = _settled(model, port, c, tau, beside)
     before = Equation(f"{name}_before", d, unit, text="what the joint gave one sample before")
+    model = _begun_behind(model, port, start)
     gives = State(d.name, start, new, unit=unit, text="what the joint gives")
     speed = f"({unit})/s"
     rate = State(
@@ -88,7 +91,7 @@ def _behind(model: Model, port: Port, mark: str, c: Any, tau: Any) -> Model:
     )
     slope = State(last.name, rate_start, (d - before) / dt, unit=speed, text="its mean rate in the last step")
     statements = (*tries, before, gives, rate, slope)
-    return moved(model.with_parameters(beside), port, statements, seen(d, before.symbol, rate.symbol))
+    return moved(model, port, statements, seen(d, before.symbol, rate.symbol))
 
 
 def _settled(model: Model, port: Port, c: Any, tau: Any, beside: Parameter) -> tuple[Any, Any]:
@@ -100,12 +103,33 @@ def _settled(model: Model, port: Port, c: Any, tau: Any, beside: Parameter) -> t
     z, v = (at_start(model, port[k]) for k in ("z", "v"))
     whole = model[next(q.equation for q in model.ports if q.kind == "force")]
 
+    relaxed = [s.symbol for s in model.statements if isinstance(s, State) and _follows(s, z)]
+
     def force(d: Any, rate: Any) -> Any:
-        return at_start(model, whole, {port["z"]: z - d, port["v"]: v - rate})
+        at = z - d
+        return at_start(model, whole, {port["z"]: at, port["v"]: v - rate, **dict.fromkeys(relaxed, at)})
 
     gain = 1 + c * (force(0, 0) - force(beside, 0)) / beside
     rate = v * (1 - 1 / gain)
     return (c * force(0, rate) - tau * rate) / gain, rate
+
+
+def _follows(s: State, z: Any) -> bool:
+    """Whether a state begins where the motion `z` has it, as the feet of a memory's arms do."""
+    return sympify(s.initial).has(*z.free_symbols)
+
+
+def _begun_behind(model: Model, port: Port, d: Any) -> Model:
+    """The model in which states that follow the motion begin behind a joint that gives d: a memory that began
+    in front of it would be stretched by all that it gives, its fastest arms most."""
+    z = at_start(model, port["z"])
+    statements = tuple(
+        replace(s, initial=sympify(s.initial).xreplace({z: z - d}))
+        if isinstance(s, State) and _follows(s, z)
+        else s
+        for s in model.statements
+    )
+    return replace(model, statements=statements)
 
 
 soft_joint = Effect(
