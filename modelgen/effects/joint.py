@@ -7,7 +7,7 @@ from sympy import Symbol, sympify
 
 from modelgen.effects.clearance import MOTION, inner, moved
 from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, at_start, change, unit_of
-from modelgen.language import Equation, Model, Parameter, Port, State
+from modelgen.language import Abs, Equation, Max, Min, Model, Parameter, Piecewise, Port, State, sign
 
 SERIES = (
     "a joint or the frame gives: a spring in series with the sample, which sees less motion than is recorded"
@@ -96,14 +96,15 @@ def _behind(model: Model, port: Port, mark: str, c: Any, tau: Any) -> Model:
 
 def _settled(model: Model, port: Port, c: Any, tau: Any, beside: Parameter) -> tuple[Any, Any]:
     """What the joint gives at the first sample, and how fast, as if it had followed the motion all along: by
-    one step of Newton's method, as an expression without memory has to be short.
+    one step of Newton's method, as an expression without memory has to be short: so a memory of the motion
+    counts as relaxed.
 
     A false start is a jump, and the dashpot behind the joint answers to it with a force that there never was.
     """
     z, v = (at_start(model, port[k]) for k in ("z", "v"))
     whole = model[next(q.equation for q in model.ports if q.kind == "force")]
-
-    relaxed = [s.symbol for s in model.statements if isinstance(s, State) and _follows(s, z)]
+    feet = [s for s in model.statements if isinstance(s, State) and _follows(s, z)]
+    relaxed = [s.symbol for s in feet if not sympify(s.initial).has(*BENT)]
 
     def force(d: Any, rate: Any) -> Any:
         at = z - d
@@ -112,6 +113,10 @@ def _settled(model: Model, port: Port, c: Any, tau: Any, beside: Parameter) -> t
     gain = 1 + c * (force(0, 0) - force(beside, 0)) / beside
     rate = v * (1 - 1 / gain)
     return (c * force(0, rate) - tau * rate) / gain, rate
+
+
+BENT = (Abs, Max, Min, Piecewise, sign)
+"""What stands in the start of a state that is no foot of an arm: the greatest stroke so far, play."""
 
 
 def _follows(s: State, z: Any) -> bool:
