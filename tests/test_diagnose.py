@@ -46,7 +46,8 @@ def test_a_concealed_effect_is_named_and_the_hold_out_predicted(
     assert v.after.holdout_over_noise < 1.25
 
 
-@pytest.mark.parametrize("unit", ["nm", pytest.param("km", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("unit", ["nm", "km"])
 def test_a_sample_of_any_size_has_the_same_physics(tmp_path: Path, unit: str) -> None:
     secret = draw(3, kind="single", domain="force", effect="cubic_stiffness", d2=(800, 2000))
     case = write_case(secret, tmp_path)
@@ -64,7 +65,10 @@ def test_a_sample_of_any_size_has_the_same_physics(tmp_path: Path, unit: str) ->
             "stiffness", ("sensor_delay", "temperature_drift"), "coloured", 20.0, 50100054,
             marks=pytest.mark.slow,
         ),
-        ("stiffness", ("cubic_stiffness", "dahl_exponent"), "quantised", 6.0, 60100052),
+        pytest.param(
+            "stiffness", ("cubic_stiffness", "dahl_exponent"), "quantised", 6.0, 60100052,
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             "impedance", ("power_law_viscoelasticity", "second_mode"), "coloured", 6.0, 50100051,
             marks=pytest.mark.slow,
@@ -131,6 +135,7 @@ def test_an_effect_for_a_port_that_no_model_has_is_refused(tmp_path: Path) -> No
         diagnose(case, load(case.model), effects=[wrong])
 
 
+@pytest.mark.slow
 def test_one_resonator_is_named_although_a_row_of_them_could_do_the_same(tmp_path: Path) -> None:
     _, v = verdict(
         tmp_path, 3, kind="single", domain="impedance", effect="second_mode", d2=(300, 1e4), ratio=3.0

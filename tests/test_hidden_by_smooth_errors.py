@@ -25,6 +25,7 @@ def test_a_range_that_is_switched_is_no_smooth_error(tmp_path: Path) -> None:
     assert at / (2 * np.pi) == pytest.approx(700.0, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_loss_in_a_band_is_no_smooth_error(tmp_path: Path) -> None:
     v = verdict(tmp_path, F, coil(F) + 0.06 * np.exp(-((np.log(F / 400.0) / 0.5) ** 2)))
     assert [e.id for e in v.effects] == ["unknown_electrical"]

@@ -100,6 +100,7 @@ def test_a_noisy_end_of_a_band_is_noise(tmp_path: Path, seed: int) -> None:
     assert v.before.fit_over_noise < 1.1
 
 
+@pytest.mark.slow
 def test_few_digits_are_no_physics(tmp_path: Path) -> None:
     """A staircase hardly scatters: its neighbours say nothing of how far it is from the truth."""
     f = np.linspace(10, 3000, 300)
