@@ -12,8 +12,8 @@ from modelgen.diagnose.hypotheses.evidence import bic, effective, settled
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, moving, plain_white, refine
 from modelgen.diagnose.hypotheses.setting import Setting
 from modelgen.diagnose.noise.noise import correlation_length, first_order, local_level
+from modelgen.diagnose.noise.one_instrument import colours
 from modelgen.diagnose.noise.smooth_error import SIZES, quietness, smooth_error
-from modelgen.fit.colour import coloured
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
 
@@ -29,15 +29,15 @@ def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judg
     white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
     if gross(s, white) and not near_smooth(s, judge, best, white):
         return _uncoloured(s, judge, best, base, fits)
-    filters = coloured(plain, white, s.colour, s.model.is_time_model)
+    filters, missed = colours(s, plain, white)
     uneven = [
-        local_level(w.colour(e)) if s.model.is_time_model else np.ones(e.shape[1])
-        for w, e in zip(filters, white, strict=True)
+        local_level(w.colour(e)) if s.model.is_time_model and not m else np.ones(e.shape[1])
+        for w, e, m in zip(filters, white, missed, strict=True)
     ]
     if any(np.any(u != 1) for u in uneven):
         plain = tuple(w.scaled(u) for w, u in zip(plain, uneven, strict=True))
         white = [w.apply(best.hypothesis.experiment.raw(best.theta, k)) for k, w in enumerate(plain)]
-        filters = coloured(plain, white, s.colour, s.model.is_time_model)
+        filters, _ = colours(s, plain, white)
     before = judge.temper > 1.0 or any(w.ar is not None for w in judge.whiteners)
     if not before and all(w.ar is None for w in filters) and all(np.all(u == 1) for u in uneven):
         return judge, base, fits
@@ -155,7 +155,7 @@ def own_colour(s: Setting, judge: Judge, f: Fit) -> float:
     """
     plain = tuple(replace(w, ar=None) for w in judge.whiteners)
     white = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(plain)]
-    own = coloured(plain, white, s.colour, s.model.is_time_model)
+    own, _ = colours(s, plain, white)
     innovations = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(own)]
     orders = sum(w.order for w in own)
     size = max(float(np.sqrt(np.mean(e[e != 0] ** 2))) if np.any(e) else 0.0 for e in white)

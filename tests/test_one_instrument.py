@@ -1,0 +1,75 @@
+"""Noise of one instrument is the same in all recordings: what is coloured in one alone is no noise."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from modelgen.api import read_case
+from modelgen.diagnose import diagnose
+from modelgen.diagnose.hypotheses.setting import Setting
+from modelgen.diagnose.noise.one_instrument import colours
+from modelgen.fit.series import make_series
+from modelgen.models import load
+from modelgen.recordings import Case, Recording
+from modelgen.truths import draw, write_case
+
+N = 3000
+
+
+def two_recordings(dt: tuple[float, float]) -> Setting:
+    """A model over time and two recordings of white noise, sampled every `dt` seconds."""
+    rng = np.random.default_rng(5)
+    model = load("modified_dahl")
+
+    def recording(k: int) -> Recording:
+        t = dt[k] * np.arange(N)
+        inputs = {"t": t, "z": np.sin(2 * np.pi * t / (300 * dt[k]))}
+        return Recording(f"rec_{k}", None, "fit", inputs, {"F": rng.standard_normal(N)})
+
+    case = Case(None, model.id, tuple(recording(k) for k in (0, 1)))
+    return Setting(model, case, tuple(make_series(model, case, r) for r in case.recordings), ())
+
+
+def noise(rho: float, seed: int) -> np.ndarray:
+    """(1, N) of the first order."""
+    rng, x = np.random.default_rng(seed), np.zeros(N)
+    for i, e in enumerate(rng.standard_normal(N)):
+        x[i] = rho * x[i - 1] + e
+    return x[None, :]
+
+
+@pytest.mark.parametrize(
+    ("rho", "dt", "coloured", "missed"),
+    [
+        pytest.param((0.6, 0.6), (0.01, 0.01), (True, True), (False, False), id="coloured in both"),
+        pytest.param((0.6, 0.0), (0.01, 0.01), (False, False), (True, False), id="in the other it is white"),
+        pytest.param((0.6, 0.0), (0.01, 0.005), (False, False), (True, False), id="sampled faster"),
+        pytest.param(
+            (0.6, 0.0), (0.005, 0.01), (True, False), (False, False), id="sampled too slowly to tell"
+        ),
+        pytest.param((0.0, 0.0), (0.01, 0.01), (False, False), (False, False), id="white in both"),
+    ],
+)
+def test_what_is_coloured_in_one_recording_alone_is_no_noise(
+    rho: tuple[float, float],
+    dt: tuple[float, float],
+    coloured: tuple[bool, bool],
+    missed: tuple[bool, bool],
+) -> None:
+    s = two_recordings(dt)
+    plain = [replace(x.whitener, ar=None) for x in s.series]
+    found, marked = colours(s, plain, [noise(r, k) for k, r in enumerate(rho)])
+    assert tuple(w.order > 0 for w in found) == coloured
+    assert marked == missed
+
+
+@pytest.mark.slow
+def test_a_pair_that_one_recording_shows_is_not_taken_for_noise(tmp_path: Path) -> None:
+    secret = draw(204900079, "pair", "force", ("magnetic_pull", "end_stop"), (30.0, 1e4), "clean", 3.0)
+    write_case(secret, tmp_path)
+    found = diagnose(read_case(tmp_path / "case.toml"), load("modified_dahl"))
+    named = {name for e in found.effects for name in (e.id, *e.equivalents)}
+    assert {"magnetic_pull", "end_stop"} <= named
+    assert found.after.fit_over_noise == pytest.approx(1.0, abs=0.02)
