@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import modelgen as mg
 from modelgen.api import read_case
 from modelgen.diagnose import diagnose
 from modelgen.diagnose.hypotheses.setting import Setting
@@ -73,3 +74,23 @@ def test_a_pair_that_one_recording_shows_is_not_taken_for_noise(tmp_path: Path) 
     named = {name for e in found.effects for name in (e.id, *e.equivalents)}
     assert {"magnetic_pull", "end_stop"} <= named
     assert found.after.fit_over_noise == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_long_memory_of_the_noise_is_no_physics(tmp_path: Path) -> None:
+    """ρ = 0.98, no level stated: nine times what the scatter between neighbours tells, which physics would
+    leave as well."""
+    rng, model = np.random.default_rng(1), load("modified_dahl")
+    true = {"k_D": 0.68, "c_D": 0.137, "h_D": 0.231, "rho": 1.44, "F_0": 1.3, "r_0": -0.8}
+    text = f'model = "{model.id}"\n'
+    for k in (0, 1):
+        t = np.arange(N) / 200.0
+        z = -np.cos(3.1 * t) * (0.7 + 0.3 * np.cos(0.82 * t + k))
+        F = mg.build(model)(t=t, z=z, **true) + 0.002 * noise(0.98, int(rng.integers(1000)))[0]
+        table = np.column_stack([t, z, F])
+        np.savetxt(
+            tmp_path / f"{k}.csv", table, delimiter=",", header="t [s],z [mm],F [N]", comments="", fmt="%.9g"
+        )
+        text += f'[[recording]]\nfile = "{k}.csv"\n'
+    (tmp_path / "case.toml").write_text(text)
+    found = diagnose(read_case(tmp_path / "case.toml"), model)
+    assert found.adequate, found.summary

@@ -181,7 +181,7 @@ def gross(s: Setting, white: Sequence[Array]) -> bool:
         if (
             used.size
             and float(np.sqrt(np.mean(used**2))) > limit
-            and (s.model.is_time_model or x.stated or not first_order(e, len(white)))
+            and (x.stated or not first_order(e, len(white)))
         ):
             return True
     return False
