@@ -5,18 +5,8 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from modelgen.fit.colour import (
-    autoregression,
-    coloured,
-    factor,
-    filtered,
-    noise_like,
-    recursive,
-    smeared,
-    smears,
-    smoothing,
-    through,
-)
+from modelgen.fit.banded import factor, smeared, smears, smoothing, through
+from modelgen.fit.colour import autoregression, coloured, filtered, noise_like, recursive
 from modelgen.fit.whitener import Whitener
 
 

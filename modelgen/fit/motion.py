@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.fit.colour import beside, smears
+from modelgen.fit.banded import beside, smears
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.series import Array, Series, input_noise
 from modelgen.recordings import Case, Recording

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from modelgen.fit.colour import factor, smears, smoothing, through
+from modelgen.fit.banded import factor, smears, smoothing, through
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.motion import MotionError, TurnError, motion_error, turn_error
 from modelgen.fit.series import Array, Series
