@@ -3,7 +3,6 @@ sample."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,7 +10,7 @@ from functools import cached_property
 from modelgen.codegen.algebra import FREE, SAMPLE, STATE
 from modelgen.codegen.channels import Channel, channels
 from modelgen.codegen.ctext import BRANCHLESS, FUNCTION, Printer, c_name
-from modelgen.codegen.lower import PART
+from modelgen.codegen.parts import part_loop
 from modelgen.codegen.program import Part, Program, Root, Sample, sensitivity
 from modelgen.codegen.real import Work, work
 from modelgen.codegen.split import Complex, Pair
@@ -36,8 +35,7 @@ class Stages:
     def __init__(self, program: Program, measures: Sequence[str] | None = None) -> None:
         self.program = program
         self.batch = not program.model.inputs
-        parts = {p for n in program.wrt for p in [n]}
-        self.free = parts
+        self.free = set(program.wrt)
         self.inputs = [i.name for i in program.model.inputs]
         self.parameters = [p.name for p in program.model.scalar_parameters]
         self.state_names = [s.name for s in program.model.states]
@@ -292,36 +290,6 @@ class Stages:
                 printer.names[at] = printer.fresh(c_name(name))
                 lines.append(f"const double {printer.names[at]} = in[{k}][i];")
         return lines
-
-
-def part_loop(part: Part, printer: Printer, jacobian: bool) -> tuple[list[str], Work]:
-    """The loop over the parts of a step, what stays the same in it before it; and the work of one part.
-
-    printer: of the part's graph, with names for all that is given; states and sensitivities are variables.
-    """
-    graph, results = part.graph, part.results(jacobian)
-    printer.names[graph.input(PART)] = "(double)k"
-    need = graph.needed(results.values())
-    moving: set[int] = {graph.input(n) for n in (*results, PART)}
-    for at in need:
-        if not moving.isdisjoint(graph.nodes[at].args):
-            moving.add(at)
-    inside = [at for at in need if at in moving]
-    hoisted = {a for at in inside for a in graph.nodes[at].args if a not in moving}
-    before = printer.lines([at for at in need if at not in moving], results.values(), hoisted)
-    body = printer.lines(inside, results.values())
-    body += advance([printer.names[graph.input(n)] for n in results], [*map(printer.value, results.values())])
-    loop = [f"for (unsigned long k = 0UL; k < {part.count}UL; ++k) {{", *(f"    {x}" for x in body), "}"]
-    return [*before, *loop], work(graph, inside)
-
-
-def advance(names: Sequence[str], values: Sequence[str]) -> list[str]:
-    """Assign new values, all computed before any is overwritten."""
-    pairs = [(n, v) for n, v in zip(names, values, strict=True) if n != v]
-    olds = {n for n, _ in pairs}
-    if not any(set(re.findall(r"\w+", v)) & olds for _, v in pairs):
-        return [f"{n} = {v};" for n, v in pairs]
-    return [*(f"const double {n}_next = {v};" for n, v in pairs), *(f"{n} = {n}_next;" for n, _ in pairs)]
 
 
 def _both(c: Complex, pair: Pair) -> list[int]:

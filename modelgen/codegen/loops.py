@@ -7,7 +7,8 @@ import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from modelgen.codegen.kernels import Region, Stages, advance
+from modelgen.codegen.kernels import Region, Stages
+from modelgen.codegen.parts import advance
 from modelgen.codegen.real import Work
 
 LANES = 8

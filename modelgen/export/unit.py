@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from modelgen.codegen.build import default_wrt
 from modelgen.codegen.ctext import RESERVED, Printer, c_name, comment
-from modelgen.codegen.kernels import part_loop
+from modelgen.codegen.parts import part_loop
 from modelgen.codegen.program import Part, Program, Sample, build_program, sensitivity
 from modelgen.codegen.real import Work, work
 from modelgen.codegen.split import Pair
