@@ -96,10 +96,10 @@ def _promising(
 
 
 def points_of(x: Score) -> list[dict[str, float]]:
-    """The shapes that explained most of the base's residual; all, for what the base alone can imitate, of
-    which that asks the opposite, and where they are few and far from each other."""
+    """The shapes that explained most of the base's residual; all, for what the base alone can imitate and
+    where they are few and far from each other."""
     effect, grid = x.addition.effect, x.addition.grid()
-    if x.gain <= 0 or (effect.secant and len(grid) <= FEW):
+    if not x.starts or (effect.secant and len(grid) <= FEW):
         return grid
     shapes = {f"{x.addition.id}_{q.name}" for q in x.addition.effect.shapes}
     if x.addition.effect.secant:
