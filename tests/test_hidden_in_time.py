@@ -26,6 +26,10 @@ from modelgen.truths import draw, write_case
             203300215, ("maxwell_branch", "second_mode"), "clean", 20.0,
             id="where the base is bent far, it seems to resonate elsewhere",
         ),
+        pytest.param(
+            204900095, ("stribeck_friction", "power_law_viscoelasticity"), "misstated", 20.0,
+            id="beside the bent creep friction falls with speed, alone it would rise",
+        ),
     ],
 )  # fmt: skip
 def test_both_of_a_pair_are_named(

@@ -21,6 +21,8 @@ FEW = 20
 """So many shapes are always tried."""
 DEAR = 3
 """Physics beyond the most promising laws of which one law is tried, where fits are dear."""
+OPPOSITE = 2
+"""Effects of which the base asks the opposite that are tried, where fits are dear."""
 
 
 def grow(
@@ -50,6 +52,9 @@ def _worth(f: Fit, judge: Judge) -> float:
     return f.chi2 * float(np.exp(-0.5 * ALARM * judge.temper / effective(f.white)))
 
 
+Key = frozenset[tuple[str, str, int]]
+
+
 @dataclass(frozen=True, eq=False)
 class Grown:
     """A fit and the effect to be added to it, from these values; `other`: a fit with this effect alone."""
@@ -59,8 +64,9 @@ class Grown:
     values: tuple[Mapping[str, float], ...]
     other: Fit | None = None
 
-
-Key = frozenset[tuple[str, str, int]]
+    @property
+    def key(self) -> Key:
+        return self.fit.hypothesis.key | {self.addition.key}
 
 
 def _promising(
@@ -68,6 +74,7 @@ def _promising(
 ) -> dict[Key, Grown]:
     """The effects that by their score beside the beam's fits promise most."""
     wanted: list[tuple[float, Grown]] = []
+    opposite: list[tuple[float, Grown]] = []
     for k, f in enumerate(beam):
         tangent = Tangent.of(*judge.tangent(f))
         inner = f.hypothesis.values_of(f.theta, base.hypothesis)
@@ -75,24 +82,29 @@ def _promising(
             if x.addition.id in f.ids:
                 continue
             # what the base's residual hides may lie elsewhere: beside the best fit all shapes are tried, of
-            # records those that resonate
-            points = None if k == 0 and (s.cheap or x.scouts) else points_of(x)
+            # records those that resonate, and where the base asks the opposite, so that it tells no shape
+            told = s.cheap or x.gain > 0
+            points = None if k == 0 and (s.cheap or x.scouts or not told) else points_of(x)
             again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 2, points)
             reach = f.bic - SLACK * judge.evidence(f, again.gain) - beam[0].bic
             if again.starts and reach < -ALARM:
                 tried = (*(v for _, v in again.starts), *(v for _, v in x.starts[:2]))
-                wanted.append((reach, Grown(f, x.addition, tried)))
-    wanted.sort(key=lambda w: w[0])
+                (wanted if told else opposite).append((reach, Grown(f, x.addition, tried)))
+    also = [g for _, g in sorted(opposite, key=lambda w: w[0])[:OPPOSITE]]
+    return {g.key: g for g in also} | _best(s, [g for _, g in sorted(wanted, key=lambda w: w[0])])
+
+
+def _best(s: Setting, wanted: Sequence[Grown]) -> dict[Key, Grown]:
+    """The first of those that are wanted; beyond them, of other physics one law each."""
     chosen: dict[Key, Grown] = {}
-    others: dict[frozenset[str], tuple[Key, Grown]] = {}
-    for _, g in wanted:
-        key = g.fit.hypothesis.key | {g.addition.key}
-        if key not in chosen and len(chosen) < s.pairs * (2 if len(g.fit.ids) == 1 else 1):
-            chosen[key] = g
-        others.setdefault(frozenset((*g.fit.ids, g.addition.id)), (key, g))
+    others: dict[frozenset[str], Grown] = {}
+    for g in wanted:
+        if g.key not in chosen and len(chosen) < s.pairs * (2 if len(g.fit.ids) == 1 else 1):
+            chosen[g.key] = g
+        others.setdefault(frozenset((*g.fit.ids, g.addition.id)), g)
     # the many laws of one physics leave others their place: those that are as good are told, too
-    new = [(key, g) for key, g in others.values() if key not in chosen and len(g.fit.ids) == 1]
-    return chosen | dict(new[: s.pairs if s.cheap else DEAR])
+    new = [g for g in others.values() if g.key not in chosen and len(g.fit.ids) == 1]
+    return chosen | {g.key: g for g in new[: s.pairs if s.cheap else DEAR]}
 
 
 def points_of(x: Score) -> list[dict[str, float]]:
