@@ -22,7 +22,7 @@ from modelgen.codegen.instant import Memory, available
 from modelgen.codegen.lower import nonzero
 from modelgen.codegen.program import build_program
 from modelgen.codegen.real import Work
-from modelgen.codegen.tiers import AGAIN, WORTH, Code, Rise, Tiers
+from modelgen.codegen.tiers import Code, Rise, Tiers
 from modelgen.codegen.unity import unite
 from modelgen.errors import ToolError
 from modelgen.files import cache_folder, write_atomically
@@ -109,7 +109,7 @@ def build_many(
                 _remember(k, source, library)
     for k, kept in found.items():
         if kept is not None:
-            _codes[k] = codes[k] = _code(k, *kept, level, WORTH if k in missing else AGAIN)
+            _codes[k] = codes[k] = _code(k, *kept, level)
     return [
         _function(m, w, Tiers(partial(codes.__getitem__, k))) for k, (m, w) in zip(keys, models, strict=True)
     ]
@@ -119,9 +119,9 @@ _codes: WeakValueDictionary[str, Code] = WeakValueDictionary()
 """What is loaded, as long as functions hold it: a search comes back to the same models."""
 
 
-def _code(key: str, source: Source, library: Path | None, level: tuple[str, ...], worth: float) -> Code:
-    """The library, or the code in memory that gives way to one of this `level` once it is `worth` the
-    compiler."""
+def _code(key: str, source: Source, library: Path | None, level: tuple[str, ...]) -> Code:
+    """The library, or the code in memory that gives way to one of this `level` once that is worth the
+    compiler's time."""
     if library is not None:
         return Code(source, library)
 
@@ -131,7 +131,7 @@ def _code(key: str, source: Source, library: Path | None, level: tuple[str, ...]
         return Code(source, library)
 
     try:
-        return Code(source, Memory(source.source), Rise(make, worth))
+        return Code(source, Memory(source.source), Rise(make))
     except ToolError:  # a system that lets nobody write code to memory
         return make()
 

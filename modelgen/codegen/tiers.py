@@ -21,9 +21,8 @@ from modelgen.errors import ToolError
 
 GRACE = 0.1
 """Seconds that the library waits for a first answer, whose time it would take away."""
-WORTH, AGAIN = 0.2, 0.05
-"""Seconds that fits may work in slow code before the compiler's time is worth it: what it takes itself, and
-less for code that was kept from an earlier run, as there may be more of them."""
+WORTH = 0.2
+"""Seconds that fits may work in slow code before the compiler's time is worth it: what it takes itself."""
 _SIZE, _POINTER = ctypes.c_size_t, ctypes.c_void_p
 
 
@@ -31,8 +30,8 @@ class Rise:
     """The library that code in memory gives way to, compiled in a thread of its own once fits have worked in
     that code for long. Both must round alike, bit by bit, so that no number depends on when."""
 
-    def __init__(self, make: Callable[[], Code], worth: float):
-        self._make, self._left = make, worth
+    def __init__(self, make: Callable[[], Code]):
+        self._make, self._left = make, WORTH
         self._library: Future[Code] | None = None
 
     def worked(self, seconds: float) -> None:
