@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from modelgen.diagnose.account.disagreement import disagreement_note
 from modelgen.diagnose.account.extended import extended
 from modelgen.diagnose.account.holdout import look_at_holdout
 from modelgen.diagnose.account.locate import locate
@@ -86,7 +87,8 @@ def conclude(
         traces=shown,
         curve=port_curve(setting, best, sensitivities, port),
         notes=(
-            *notes, *gate.notes, *decided.vague, *bound_note(setting, outcome.base),
+            *notes, *gate.notes, *decided.vague, *disagreement_note(setting, outcome, best, gate.scale),
+            *bound_note(setting, outcome.base),
             *blind_note(setting, outcome), *held.notes, *holdout_note(held),
         ),
         noise=gate.noise,
