@@ -482,6 +482,29 @@ def test_friction_behind_a_clearance() -> None:
     assert np.trapezoid(F[cycle], z[cycle]) == pytest.approx(4 * h * (1 - w), rel=1e-2)
 
 
+def test_a_sample_held_with_play() -> None:
+    """Spring and dashpot between two sides of a gap: pushed by one or the other, or springing back alone."""
+    t, K, c, g = np.linspace(0, 3, 30001), 2.0, 0.1, 0.05
+    motion = record(t, lambda x: np.sin(2 * np.pi * x) + 0.3 * np.sin(7 * x))
+    base = {"k_D": K, "c_D": c}
+    law = find("backlash", "force", "d")
+    dt, z, v = t[1] - t[0], motion["z"], motion["v"]
+    x, F = np.empty_like(z), np.empty_like(z)
+    last = z[0] - g if z[0] > 0 else z[0] + g
+    for i in range(len(z)):
+        free = last * np.exp(-dt * K / c)
+        x[i] = last = min(max(free, z[i] - g), z[i] + g)
+        F[i] = 0.0 if x[i] == free else K * x[i] + c * v[i]
+    found = force(law, motion, base, d=K * g, T=c / K)
+    let_go = (F == 0) & (t > 0.1)
+    assert 0.02 < np.mean(let_go) < 0.2
+    off = np.abs(found - F)[t > 0.1]
+    assert np.median(off) < 1e-12 and np.mean(off > 2e-3) < 1e-3  # contact is made a sample sooner or later
+    assert np.allclose(force(law, motion, base, d=0.0, T=0.05), K * z + c * v, atol=1e-12)
+    slow = force(law, motion, {"k_D": K}, d=K * g, T=1e-9)  # no dashpot: a dead zone of the force
+    assert np.allclose(slow, np.sign(z) * np.maximum(K * np.abs(z) - K * g, 0), atol=1e-9)
+
+
 def test_damping_along_the_stroke() -> None:
     motion = record(np.linspace(0, 2, 400), wobble)
     F = force(find("position_dependent_damping", "force"), motion, c_z=0.3)

@@ -16,7 +16,7 @@ from modelgen.diagnose.gate.unlisted import best_unlisted, cheaper, refused, wit
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE
 from modelgen.diagnose.hypotheses.refit import Fit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting
-from modelgen.diagnose.noise.noise import FITS, first_order, modelled_output, standing_alone
+from modelgen.diagnose.noise.noise import FITS, first_order, fitful, modelled_output, standing_alone
 from modelgen.diagnose.noise.recolour import CONTENDERS, GROSS_ESTIMATED, beyond, own_colour
 from modelgen.diagnose.search.claim import own_gain
 from modelgen.fit.scatter import local_scatter
@@ -72,10 +72,7 @@ def judge_adequacy(
     many = plain[0].shape[1] >= 8
     scatter = float(np.mean([local_scatter(x) ** 2 for e in plain for x in e])) if many else 1.0
     stated = all(s.stated for s in setting.series)
-    # a level that was estimated of the base's residual holds what the base misses from sample to sample
-    limit = FITS * beyond(np.sqrt(scatter)) if stated else GROSS_ESTIMATED * min(1.0, np.sqrt(scatter))
-    gross = many and not _smooth(setting, outcome) and np.sqrt(after) > limit
-    gross = gross and (stated or not all(first_order(e, len(plain)) for e in plain))
+    gross = many and not _smooth(setting, outcome) and _gross(setting, plain, stated, float(np.sqrt(scatter)))
     left = leftover(setting.model, outcome.judge, best, sensitivities)
     if setting.model.is_time_model and any(s.whitener.root is not None for s in setting.series):
         left = replace(left, gain=left.gain * min(1.0, after))  # what is allowed for a path tells no level
@@ -116,6 +113,16 @@ def judge_adequacy(
         tied = best if rival[1] < CLOSE else None
     probability = (1 - OUTSIDE) * odds / (1 + odds)
     return Gate(unknown, left, probability, floor, float(np.sqrt(floor)), words, notes, fit, tied)
+
+
+def _gross(setting: Setting, plain: Sequence[Array], stated: bool, scatter: float) -> bool:
+    """Whether residuals are far larger than noise that scatters so, and no noise that nobody stated."""
+    rms = np.sqrt(mean_square(plain))
+    if stated or (setting.model.is_time_model and any(map(fitful, plain))):
+        return bool(rms > FITS * beyond(scatter))
+    # a level that was estimated of the base's residual holds what the base misses from sample to sample
+    limit = GROSS_ESTIMATED * min(1.0, scatter)
+    return bool(rms > limit) and not all(first_order(e, len(plain)) for e in plain)
 
 
 def modelled(setting: Setting, outcome: Outcome, gate: Gate) -> Gate:
@@ -262,7 +269,7 @@ def _floor(after: float, scatter: float, count: int, stated: bool, far: bool) ->
     return 1.0 if stated and (count < 60 or 1 / CREDIBLE**2 < after < CREDIBLE**2) else after
 
 
-def mean_square(white: list[Array]) -> float:
+def mean_square(white: Sequence[Array]) -> float:
     used = np.concatenate([e.ravel() for e in white])
     used = used[used != 0]
     return float(np.mean(used**2)) if used.size else 1.0

@@ -77,6 +77,30 @@ def first_order(white: Array, among: int = 1) -> bool:
     return bool(chdtrc((LAGS - 1) * len(white), total) > ORDINARY / among)
 
 
+PEAKED = 9.0
+"""Kurtosis beyond which a residual lies in bursts: near Gaussian noise of any colour has 3."""
+TOGETHER = 5
+"""Samples whose median stands for them: what stands alone is an outlier and no burst."""
+
+
+def fitful(white: Array) -> bool:
+    """Whether a residual over time (channels, n) lies in bursts that last, and recur: what is left where the
+    motion comes to some place. Noise is there all the time, whatever its colour.
+    """
+    from scipy.ndimage import median_filter
+
+    x = median_filter(white, (1, TOGETHER))
+    power = np.mean(x**2, axis=1, keepdims=True)
+    if white.shape[1] < 10 * TOGETHER or not np.all(power > 0):
+        return False
+    begins = np.diff(np.any(x**2 > PEAKED * power, axis=0).astype(int)) == 1
+    return bool(np.max(np.mean((x**2 / power) ** 2, axis=1)) > PEAKED) and int(begins.sum()) >= RECUR
+
+
+RECUR = 4
+"""Bursts that are no accident."""
+
+
 def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
     """(n,) bool of recording k of an experiment at θ."""
     s = e.series[k]

@@ -11,15 +11,15 @@ import numpy as np
 from modelgen.diagnose.hypotheses.evidence import bic, effective, settled
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, moving, plain_white, refine
 from modelgen.diagnose.hypotheses.setting import Setting
-from modelgen.diagnose.noise.noise import correlation_length, first_order, local_level
+from modelgen.diagnose.noise.noise import correlation_length, first_order, fitful, local_level
 from modelgen.diagnose.noise.one_instrument import colours
 from modelgen.diagnose.noise.smooth_error import SIZES, quietness, smooth_error
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
 
 GROSS_STATED, GROSS_ESTIMATED = 3.0, 8.0
-"""A residual this many times the noise (stated; scatter between neighbours) is a wrong model's, not coloured
-noise."""
+"""A residual this many times the noise (stated, or in bursts; scatter between neighbours) is a wrong model's,
+not coloured noise."""
 
 
 def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judge, Fit, list[Fit]]:
@@ -177,12 +177,10 @@ def gross(s: Setting, white: Sequence[Array]) -> bool:
     for x, e, q in zip(s.series, white, over, strict=True):
         used = e[e != 0] / q
         rough = float(np.median([local_scatter(channel) for channel in e]))
-        limit = GROSS_STATED * beyond(rough) if x.stated else GROSS_ESTIMATED
-        if (
-            used.size
-            and float(np.sqrt(np.mean(used**2))) > limit
-            and (x.stated or not first_order(e, len(white)))
-        ):
+        told = x.stated or (s.model.is_time_model and fitful(e))
+        limit = GROSS_STATED * beyond(rough) if told else GROSS_ESTIMATED
+        large = used.size and float(np.sqrt(np.mean(used**2))) > limit
+        if large and (told or not first_order(e, len(white))):
             return True
     return False
 
