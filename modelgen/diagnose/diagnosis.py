@@ -29,14 +29,14 @@ from modelgen.diagnose.noise.thin import thin
 from modelgen.diagnose.own_effects import check_effects, unknown_kinds, unused
 from modelgen.diagnose.search.search import search, white_judge
 from modelgen.diagnose.verdict import Verdict
+from modelgen.diagnose.whole_ports import whole
 from modelgen.effects import Effect
 from modelgen.fit.experiment import Experiment, experiment
 from modelgen.fit.motion import MotionError, allowing, motion_error
 from modelgen.fit.scatter import local_scatter, rounding, stands
 from modelgen.fit.series import Array, Series, make_series, sizes_of
-from modelgen.language import Model, previous
+from modelgen.language import Model
 from modelgen.recordings import Case
-from modelgen.recordings.convert import is_time
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ def diagnose(
     from modelgen.effects import CATALOGUE
 
     begun = time.perf_counter()
-    model = in_order(model)
+    model = whole(model)
     catalogue = (*CATALOGUE, *(effects or ()))
     check_effects(effects or (), model, {k for e in CATALOGUE for k in e.kinds})
     if progress:
@@ -90,14 +90,6 @@ def diagnose(
     own = unused(effects or (), model, setting.additions)
     notes = (*notes, *own, *marked(ground.series, ground.marks), *turned)
     return conclude(setting, notes, ground.marks, ground.oddity, outcome, out, begun)
-
-
-def in_order(model: Model) -> Model:
-    """A model over time that has no memory, as one whose samples follow each other: it may lack one."""
-    axis = model.inputs[0] if model.inputs else None
-    if axis is None or model.is_time_model or not is_time(axis.unit):
-        return model
-    return replace(model, inputs=(*model.inputs, previous(axis)))
 
 
 def _prepared(model: Model, case: Case, seed: int) -> tuple[Case, Ground, tuple[str, ...]]:
@@ -296,7 +288,7 @@ def outcome_of(
     model: Model, case: Case, catalogue: Sequence[Effect], seed: int = 0
 ) -> tuple[Setting, Outcome]:
     """Setting and outcome without a verdict, for studies of the search itself."""
-    model = in_order(model)
+    model = whole(model)
     case, _ = thin(model, case)
     case, ground, _ = _prepared(model, case, seed)
     _, setting, outcome = _searched(model, case, ground, catalogue, seed)

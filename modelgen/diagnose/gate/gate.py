@@ -11,6 +11,7 @@ import numpy as np
 from modelgen.diagnose.gate.describe import described
 from modelgen.diagnose.gate.generic import leftover
 from modelgen.diagnose.gate.leftover import Leftover
+from modelgen.diagnose.gate.line import gained_beside
 from modelgen.diagnose.gate.oddities import lone
 from modelgen.diagnose.gate.unlisted import best_unlisted, cheaper, refused, with_rivals
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE
@@ -163,6 +164,9 @@ def _unexplained(outcome: Outcome, left: Leftover, gross: bool, explained: float
     """Whether what is left after the best hypothesis is physics that it doesn't name."""
     if outcome.judge.temper > 1.0:
         return not outcome.best.hypothesis.added or explained < PART
+    if left.line and outcome.best.hypothesis.added:  # no other account of what the effects are named for
+        beside = gained_beside(outcome.judge, outcome.base, outcome.best, left.line)
+        return beside < ALARM * len(outcome.best.ids)
     gained = outcome.base.bic - outcome.best.bic
     return (left.gain > LEFT and left.gain > REST * gained) or (gross and explained < EXPLAINED)
 

@@ -10,7 +10,8 @@ class Leftover:
     """The best description of what remains: ΔBIC gained (positive is better), χ² explained, port and
     sentence.
 
-    terms: (frequency, Q) of resonant terms; in time the name of a group of terms, and which of them.
+    terms: (frequency, Q) of resonant terms; in time the name of a group of terms, and which of them. line:
+    the frequency of one that does not follow the motion, 0 where it is none.
     """
 
     gain: float
@@ -18,3 +19,4 @@ class Leftover:
     port: str
     says: str
     terms: tuple[object, ...] = ()
+    line: float = 0.0

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from modelgen.diagnose.gate.leftover import Leftover
-from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.diagnose.hypotheses.evidence import effective
+from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.fit.colour import flattened
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
@@ -91,4 +92,30 @@ def line(model: Model, fit: Fit, n: int) -> Leftover:
     if _far(fit) and _share(series, float(grid[k])) < WHOLE:
         return Leftover(0.0, 0.0, "sensor", "")
     gain = chi2 - (2 * len(series) + 1) * float(np.log(n)) - 2 * float(np.log(len(grid)))
-    return Leftover(gain, chi2, "sensor", f"a line at {grid[k]:.4g} Hz that does not follow the motion")
+    says = f"a line at {grid[k]:.4g} Hz that does not follow the motion"
+    return Leftover(gain, chi2, "sensor", says, line=float(grid[k]))
+
+
+def gained_beside(judge: Judge, base: Fit, best: Fit, f: float) -> float:
+    """What `best` gains on `base` in BIC once both may have a wave of the frequency `f` in each recording."""
+    left = [float(sum(np.sum(e**2) for e in _without(judge, fit, f))) for fit in (base, best)]
+    n = effective(best.white)
+    return n * float(np.log(left[0] / left[1])) - (best.parameters - base.parameters) * float(np.log(n))
+
+
+WIDE = 6
+"""Waves about a line, as a tone that wanders has them."""
+
+
+def _without(judge: Judge, fit: Fit, f: float) -> list[Array]:
+    """Whitened residuals of a fit less what waves of the frequency `f` can take of them."""
+    e = fit.hypothesis.experiment
+    found = []
+    for s, w, r in zip(e.series, judge.whiteners, fit.white, strict=True):
+        t = s.inputs[e.model.axis]
+        near = 2 * np.pi * (f + np.arange(-WIDE, WIDE + 1) / 2 / float(t[-1] - t[0]))
+        waves = np.concatenate([np.cos(np.outer(near, t)), np.sin(np.outer(near, t))])
+        columns = np.stack([w.apply(np.broadcast_to(x, s.data.shape))[0] for x in waves], axis=1)
+        q = np.linalg.qr(columns)[0]
+        found.append(r[0] - q @ (q.T @ r[0]))
+    return found

@@ -14,6 +14,9 @@ WORTH = 0.9
 """Where models stay far from the data, an effect must take away a tenth of the misfit to be named."""
 IMPERFECT = 0.01
 """Share of the evidence so far that a law of the right family leaves, a tenth off: no second effect."""
+INEXACT = 0.03
+"""Of what the effects so far explain, in rms: so much may be wrong with laws of the right kind, as other
+people's laws of the same physics differ from ours. Less than that is no second effect."""
 SEEN = 0.998
 """Where far more than noise is left, a further effect must be seen in the recordings as they are, and not
 only in what a filter of that rest leaves of them."""
@@ -47,6 +50,8 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     if old.bic - new.bic < alarm + max(0.0, undeserved) + imperfect:
         return False
     if worse(s, base, new) or worse(s, old, new):
+        return False
+    if mends and misfit(old) - misfit(new) < INEXACT**2 * (misfit(base) - misfit(old)):
         return False
     if old.ids and _far(new) and misfit(new) > SEEN * misfit(old):
         return False

@@ -1,0 +1,111 @@
+"""What a model over time leaves unsaid of its ports, though its recordings tell it: how the motion goes on
+beside where it is, and that a force was recorded through a sensor. Without it few effects would find a place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from modelgen.errors import InputError
+from modelgen.language import (
+    Equation,
+    Input,
+    Model,
+    Port,
+    acceleration_of,
+    previous,
+    rate_of,
+    turning_point_of,
+)
+from modelgen.recordings.convert import is_time
+from modelgen.units import factor
+
+FORCES = ("N", "N*m", "Pa")
+"""What a load cell, a torque cell or a pressure sensor shows."""
+
+
+def whole(model: Model) -> Model:
+    """`model` with what its ports lack, where it is a model over time; else as it is.
+
+    A force port that names a recorded motion z gets its rate v, acceleration a, the values before and at the
+    turn, and the time; a recorded force without a port of its sensor gets one. A model without memory becomes
+    one whose samples follow each other.
+    """
+    axis = model.inputs[0] if model.inputs else None
+    if axis is None or not (model.is_time_model or is_time(axis.unit)):
+        return model
+    if not model.is_time_model:
+        model = model.with_inputs(previous(axis))
+    for port in model.ports:
+        if port.kind == "force" and is_time(axis.unit):
+            model = _moving(model, port, axis)
+    for output in model.outputs if is_time(axis.unit) else ():
+        model = _sensed(model, output.name, axis)
+    return model
+
+
+def _moving(model: Model, port: Port, axis: Input) -> Model:
+    """`model` whose `port` knows all of the motion that it is a force of, if that is recorded."""
+    z = next((i for i in model.inputs if ("z", i.symbol) in port.variables and not i.derived), None)
+    have = dict(port.variables)
+    if z is None or z.name == axis.name:
+        return model
+    speed, time = f"({z.unit})/({axis.unit})", axis.unit
+    wanted = {
+        "v": rate_of(z, f"{z.name}_rate", speed),
+        "a": acceleration_of(z, f"{z.name}_acceleration", f"{speed}/({time})"),
+        "z_prev": previous(z),
+        "z_turn": turning_point_of(z),
+        "t": axis,
+        "t_prev": previous(axis),
+    }
+    added = {n: _known(model, i) for n, i in wanted.items() if n not in have}
+    more = tuple((n, i.symbol) for n, i in added.items())
+    fuller = replace(port, variables=(*port.variables, *more))
+    model = model.with_inputs(*added.values())
+    return replace(model, ports=tuple(fuller if p is port else p for p in model.ports))
+
+
+def _known(model: Model, wanted: Input) -> Input:
+    """The model's own input that is derived as `wanted` is, or `wanted` under a name that is free."""
+    own = next((i for i in model.inputs if i.derived and i.derived == wanted.derived), None)
+    if own is not None:
+        return own
+    if wanted in model.inputs:
+        return wanted
+    taken = {q.name for q in (*model.inputs, *model.parameters, *model.statements)}
+    name = wanted.name
+    while name in taken:
+        name += "_"
+    return replace(wanted, name=name)
+
+
+def _sensed(model: Model, output: str, axis: Input) -> Model:
+    """`model` with a port for the sensor that `output` was recorded with, if that is a force and none is
+    declared."""
+    shown = next((s for s in model.statements if s.name == output), None)
+    if not isinstance(shown, Equation) or not _is_force(shown.unit):
+        return model
+    if any(p.kind == "sensor" for p in model.ports):
+        return model
+    before = _known(model, previous(axis))
+    model = model.with_inputs(before)
+    if any(p.equation == output for p in model.ports):  # what acts there acts before the sensor
+        known = {s.name for s in model.statements}
+        model = model.extend(output, lambda x: x)
+        inside = next(s.name for s in model.statements if s.name not in known)
+        moved = (replace(p, equation=inside) if p.equation == output else p for p in model.ports)
+        model = replace(model, ports=tuple(moved))
+    at: tuple[tuple[str, Any], ...] = (("t", axis.symbol), ("t_prev", before.symbol))
+    return replace(model, ports=(*model.ports, Port("sensor", "sensor", output, at)))
+
+
+def _is_force(unit: str) -> bool:
+    for force in FORCES:
+        try:
+            factor(unit, force)
+        except InputError:
+            continue
+        return True
+    return False
