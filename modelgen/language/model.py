@@ -22,6 +22,7 @@ from modelgen.language.quantities import (
     Parameter,
     State,
     Statement,
+    expression,
     previous,
 )
 
@@ -66,6 +67,9 @@ class Port:
     kind: str
     equation: str
     variables: tuple[tuple[str, Any], ...] = ()
+
+    def __post_init__(self) -> None:  # an input or a state stands for its symbol
+        object.__setattr__(self, "variables", tuple((n, expression(x)) for n, x in self.variables))
 
     def __getitem__(self, key: str) -> Any:
         return dict(self.variables)[key]
