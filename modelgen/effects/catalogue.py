@@ -20,8 +20,8 @@ from modelgen.effects import (
     nonlinear_spring,
     resonance,
     sensor,
+    slip_level,
     softening,
-    stribeck,
     viscoelastic,
 )
 from modelgen.effects.effect import Effect
@@ -41,7 +41,7 @@ CATALOGUE: tuple[Effect, ...] = (
     *friction.EFFECTS,
     *bouc_wen.EFFECTS,
     *mass.EFFECTS,
-    *stribeck.EFFECTS,
+    *slip_level.EFFECTS,
     *clearance.EFFECTS,
     *loose_grip.EFFECTS,
     *joint.EFFECTS,

@@ -5,8 +5,9 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, change
-from modelgen.language import Model, Parameter, Port, State, cos, exp, pi, sin
+from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, change, unit_of
+from modelgen.effects.softening import way
+from modelgen.language import Model, Parameter, Piecewise, Port, State, cos, exp, pi, sin
 
 WARMS = "the stiffness changes in the course of the record, as the sample warms up"
 SETTLES = Shape(
@@ -217,6 +218,29 @@ dashpot_warming = replace(
 )
 
 
+def _warmed(model: Model, port: Port, p: Values) -> Model:
+    """T' = |z'| − T/τ: warmth of dry friction, which is lost as Newton has it; each step exact for its mean
+    speed."""
+    x = (port["t"] - port["t_prev"]) / p["tau_h"]
+    kept = Piecewise(((1 - exp(-x)) / x, x > 0), (1, True))
+    T = Symbol("self_heating", real=True)
+    unit = unit_of(model, port["z"])
+    warmth = State(T.name, 0, T * exp(-x) + way(port) * kept, unit=unit, text="way whose heat is still there")
+    return model.extend(port.equation, lambda k: k * (1 + p["beta_h"] * warmth.symbol), statements=(warmth,))
+
+
+self_heating = replace(
+    temperature_drift,
+    says="the stiffness changes as the sample warms up by its own losses, the more the more it moves",
+    source="Newton's law of cooling; heat of dry friction, as e.g. in J. F. Archard, Wear 2 (1959) 438",
+    strengths=(Strength("beta_h", "1/({z})", bounds=ANY, text="relative change of the stiffness per way"),),
+    apply=_warmed,
+    shapes=(replace(SETTLES, name="tau_h", low=0.05, high=3.0, text="time in which the heat is lost"),),
+    needs=("z", "z_prev", "z_turn", "t", "t_prev"),
+    common=0.5,
+)
+
+
 def _softer_loop(model: Model, port: Port, p: Values) -> Model:
     for name in (port.equation, port["F_mid"].name, port["energy"].name):
         at = replace(port, equation=name)
@@ -238,5 +262,6 @@ loop_warming = Effect(
 
 EFFECTS = (
     offset_drift, wandering_zero, temperature_drift, material_warming, dashpot_warming,
+    self_heating,
     coil_warming, spring_warming, loop_warming, coil_between, spring_between, device_between,
 )  # fmt: skip

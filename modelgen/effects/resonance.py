@@ -133,7 +133,7 @@ def _joint(spring: str, lossy: bool) -> Effect:
     )  # fmt: skip
 
 
-JOINTS = (_joint("", False), _joint("_k", False), _joint("", True))
+JOINTS = tuple(_joint(spring, lossy) for lossy in (False, True) for spring in ("", "_k"))
 
 LEVELS = 14
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 from sympy import Symbol
 
@@ -42,6 +43,11 @@ def moved_rate(model: Model) -> Input:
     if not rates:
         raise InputError(f"model '{model.id}' has no input that is the rate of another")
     return rates[0]
+
+
+def way(port: Port) -> Any:
+    """The way there and back since the sample before."""
+    return Abs(port["z_turn"] - port["z_prev"]) + Abs(port["z"] - port["z_turn"])
 
 
 def _payne(model: Model, port: Port, p: Values) -> Model:
@@ -139,8 +145,7 @@ payne_with_loss = Effect(
 
 def _mullins(model: Model, port: Port, p: Values, left: Parameter | float = 1) -> Model:
     name = f"stress_softening_by_path{'' if left == 1 else '_on'}"
-    way = Abs(port["z_turn"] - port["z_prev"]) + Abs(port["z"] - port["z_turn"])
-    whole = State(name, left, Symbol(name, real=True) * exp(-way / p["s_c"]), text="share not lost yet")
+    whole = State(name, left, Symbol(name, real=True) * exp(-way(port) / p["s_c"]), text="share not lost yet")
     return model.extend(port.equation, lambda k: k + p["k_0"] * whole, statements=(whole,))
 
 

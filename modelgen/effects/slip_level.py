@@ -1,15 +1,17 @@
-"""Friction whose level changes with speed while its stiffness before slip stays (LuGre's law without bristle
-damping)."""
+"""Friction whose level changes with speed, place or way while its stiffness before slip stays (LuGre's law
+without bristle damping)."""
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import inf
 from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, at_start
-from modelgen.effects.friction import STRENGTHENING
-from modelgen.language import Abs, Equation, Model, Port, State, exp, log
+from modelgen.effects.effect import ANY, Apply, Effect, Shape, Strength, Values, at_start
+from modelgen.effects.friction import STRENGTHENING, position_friction
+from modelgen.effects.softening import way
+from modelgen.language import Abs, Equation, Max, Model, Port, State, exp, log
 
 
 def _level(name: str, rise: Callable[[Any, Values], Any]) -> Apply:
@@ -119,4 +121,74 @@ relaxing_friction = Effect(
     needs=("r", "t", "t_prev"),
 )
 
-EFFECTS = (stribeck_slip, stribeck_bell, strengthening_slip, relaxing_friction)
+LEAST = 0.02
+"""Level that friction does not fall below along the stroke."""
+
+
+def _along(model: Model, port: Port, p: Values) -> Model:
+    z = port["z"]
+    return _levelled(model, port, "position_g", Max(p["kappa_1"] * z + p["kappa_2"] * z**2, LEAST - 1))
+
+
+position_slip = Effect(
+    "position_dependent_friction",
+    ("friction",),
+    "friction grows or falls along the stroke, as a wedge or a guide gets tighter; its stiffness before slip "
+    "stays",
+    position_friction.source,
+    (
+        Strength("kappa_1", "1/({z})", bounds=ANY, text="relative slope of the friction level"),
+        Strength("kappa_2", "1/({z})**2", bounds=ANY, text="half its relative curvature"),
+    ),
+    _along,
+    needs=("z", "r"),
+    common=0.5,
+)
+
+
+def _worn(model: Model, port: Port, name: str, s_r: Any) -> tuple[Model, Any]:
+    """`model` with the share of the first roughness that is left after the way so far, and its symbol."""
+    left = Symbol(name, real=True)
+    rough = State(name, 1, left * exp(-way(port) / s_r), text="share of the first roughness that is left")
+    slip = next(q.equation for q in model.ports if q.kind == "slip")
+    return model.before(slip, rough), left
+
+
+def _run_in(model: Model, port: Port, p: Values) -> Model:
+    model, left = _worn(model, port, "running_in", p["s_h"])
+    return model.extend(port.equation, lambda h: h * (1 + p["rise_h"] * left))
+
+
+def _run_in_slip(model: Model, port: Port, p: Values) -> Model:
+    model, left = _worn(model, port, "running_in_slip", p["s_r"])
+    return _levelled(model, port, "running_in_g", p["rise"] * left)
+
+
+RUNS_IN = (
+    "friction falls (or rises) with the way that surfaces have slid on each other, as they run in or wear"
+)
+
+running_in = Effect(
+    "running_in",
+    ("friction",),
+    f"{RUNS_IN}; its stiffness before slip stays",
+    "P. J. Blau, Wear 271 (2011) 2: running-in",
+    (Strength("rise", "1", bounds=(-0.95, inf), text="friction at the start over that at last, less 1"),),
+    _run_in_slip,
+    (Shape("s_r", "{z}", "displacement", 1.0, 300.0, 6, text="way over which the difference falls to 1/e"),),
+    needs=("z", "z_prev", "z_turn", "r"),
+    common=0.5,
+)
+
+running_in_whole = replace(
+    running_in,
+    says=f"{RUNS_IN}; so does its stiffness before slip",
+    strengths=(replace(running_in.strengths[0], name="rise_h"),),
+    apply=_run_in,
+    shapes=(replace(running_in.shapes[0], name="s_h"),),
+)
+
+EFFECTS = (
+    stribeck_slip, stribeck_bell, strengthening_slip, position_slip, running_in, running_in_whole,
+    relaxing_friction,
+)  # fmt: skip
