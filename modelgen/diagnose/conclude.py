@@ -17,7 +17,7 @@ from modelgen.diagnose.account.locate import locate
 from modelgen.diagnose.account.show import port_curve, port_sensitivities, traces
 from modelgen.diagnose.account.words import blind_note, bound_note, enough, holdout_note, summary
 from modelgen.diagnose.gate.exact import exact, nothing_left
-from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled
+from modelgen.diagnose.gate.gate import Gate, judge_adequacy, mean_square, modelled
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.likeliest_path import kept_along_path
 from modelgen.diagnose.gate.rather import rather_described
@@ -113,7 +113,24 @@ def _decide(
     if not vague:
         outcome = fairly_priced(setting, outcome, exempt=is_unlisted)
         standing = standings(outcome)
+    standing = _as_far_as_it_reaches(outcome, gate, standing)
     return Decision(setting, outcome, gate, moderated(outcome.judge, outcome.best), standing, vague)
+
+
+FAR = 1.5
+"""Times the noise that named effects leave from which they may be but the nearest that the catalogue has."""
+
+
+def _as_far_as_it_reaches(
+    outcome: Outcome, gate: Gate, standing: tuple[Standing, ...]
+) -> tuple[Standing, ...]:
+    """Less sure names where far more than noise is left: by the part of the way to the recordings that is
+    missing."""
+    before, after = (mean_square(plain_white(f)) / gate.floor for f in (outcome.base, outcome.best))
+    if after < FAR**2 or before <= after:
+        return standing
+    reached = 1 - float(np.sqrt((after - 1) / (before - 1)))
+    return tuple(replace(x, probability=x.probability * reached) for x in standing)
 
 
 def _stands(

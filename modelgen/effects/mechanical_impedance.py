@@ -3,8 +3,18 @@
 from collections.abc import Sequence
 from typing import Any
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values, add_impedance, add_stiffness
-from modelgen.language import Port, j
+from sympy import Rational
+
+from modelgen.effects.effect import (
+    Effect,
+    Shape,
+    Strength,
+    Values,
+    add_impedance,
+    add_stiffness,
+    unit_omega,
+)
+from modelgen.language import Model, Port, j, powj
 
 MECHANICAL = ("mechanical_impedance", "stiffness")
 
@@ -97,4 +107,28 @@ radiated_power = Effect(
     needs=("omega",),
 )
 
-EFFECTS = (contact_damping, inertia, added_stiffness, radiation_load, piston_load, radiated_power)
+
+def _viscous(model: Model, port: Port, p: Values) -> Model:
+    model = unit_omega(model)
+    w = port["omega"] / model.parameter("unit_omega")
+    return add_impedance(lambda at, p: p["R_v"] * powj(w, HALF))(model, port, p)
+
+
+HALF = Rational(1, 2)
+
+viscous_load = Effect(
+    "viscous_load",
+    MECHANICAL,
+    "a viscous fluid is dragged along in a layer that gets thinner with frequency: mass and resistance, "
+    "alike and both growing with the root of frequency",
+    "G. G. Stokes, Trans. Camb. Phil. Soc. 9 (1851) 8; K. K. Kanazawa, J. G. Gordon, Anal. Chim. Acta 175 "
+    "(1985) 99: √(jωρη) S",
+    (Strength("R_v", "{impedance}", text="its modulus at ω = 1 rad/s"),),
+    _viscous,
+    needs=("omega",),
+    common=0.5,
+)
+
+EFFECTS = (
+    contact_damping, inertia, added_stiffness, radiation_load, piston_load, radiated_power, viscous_load,
+)  # fmt: skip
