@@ -166,6 +166,30 @@ def test_a_joint_splits_the_moving_side() -> None:
     assert np.allclose(1 / new, 1 / old + 1j * w * s)
 
 
+def test_a_joint_that_rubs_beside_the_spring() -> None:
+    """Node by node: drive, mass m and spring K_m on one side of a lossy spring, the rest on the other."""
+    m, s, eta = 0.005, 1e-6, 0.1
+    old, new = at_port(
+        find("contact_compliance", "mechanical_impedance", "s_k_eta"), m_k_eta=m, s_k_eta=s, eta_k=eta
+    )
+    near = 1j * w * m + COIL["K_m"] / (1j * w)
+    link, rest = (1 + 1j * eta) / (1j * w * s), old - near
+    nodes = np.array([[near + link, -link], [-link, link + rest]])
+    speed = np.linalg.solve(np.moveaxis(nodes, 2, 0), np.array([[1.0], [0.0]]))[:, 0, 0]
+    assert np.allclose(new, 1 / speed)
+
+
+def test_a_viscous_fluid_is_a_ladder_of_thin_layers() -> None:
+    """Layers of mass ρ dx S on each other, sheared by η S/dx, the wall at the first; √(jωρη) S in the end."""
+    old, new = at_port(find("viscous_load", "mechanical_impedance"), R_v=0.01)
+    mass, shear = 1e-3 * 0.01, 0.01 / 1e-3  # ρ dx S and η S/dx, with √(ρη) S = 0.01
+    load = np.sqrt(1j * w) * 0.0
+    for _ in range(4000):
+        load = 1 / (1 / shear + 1 / (load + 1j * w * mass))
+    low = w < 1e3  # where the layers are thin beside the wave
+    assert np.allclose((new - old)[low], load[low], rtol=0.05)
+
+
 @pytest.mark.parametrize("q", [1e-12, 0.3, 2.0, -7.0, 9.0 + 1e-3j, 20 - 5j, 35 + 0.5j])
 def test_xcotx(q: complex) -> None:
     x = np.sqrt(complex(q))
@@ -516,6 +540,57 @@ def test_friction_along_the_stroke() -> None:
     F = force(find("position_dependent_friction", "friction"), motion, base, kappa=0.3)
     same = force(find("inertia", "force"), motion, base, M=0.0)
     assert np.allclose(F, same * (1 + 0.3 * motion["z"]))
+
+
+def bristles(motion: dict[str, Array], z: Any, level: Any) -> Array:
+    """Force of bristles that slip at `level`(t): F' = h ρ (v − |v| F/level), h = 0.4, ρ = 12, F(0) = −0.4."""
+    t, d = motion["t"], 1e-5
+
+    def rate(x: float, F: Array) -> Array:
+        v = (z(x + d) - z(x - d)) / (2 * d)
+        return np.asarray(0.4 * 12.0 * (v - np.abs(v) * F / level(x)))
+
+    return np.asarray(solve_ivp(rate, (t[0], t[-1]), [-0.4], t_eval=t, max_step=0.005, rtol=1e-8).y[0])
+
+
+def test_friction_of_a_wedge_keeps_its_stiffness() -> None:
+    t, base = np.linspace(0, 2, 8001), {"h_D": 0.4, "rho": 12.0, "r_0": -1.0}
+    law = find("position_dependent_friction", "friction", "kappa_1")
+    F = force(law, record(t, wobble), base, kappa_1=0.3, kappa_2=0.5)
+
+    def level(x: float) -> Any:
+        return 0.4 * (1 + 0.3 * wobble(x) + 0.5 * wobble(x) ** 2)
+
+    F_0 = level(0.0) / 0.4  # the state that a record begins with is a share of the level there
+    wanted = bristles(record(t, wobble), wobble, level)
+    late = t > 0.5
+    assert F[0] == pytest.approx(-0.4 * F_0)
+    assert np.abs(F - wanted)[late].max() < 2e-3
+
+
+@pytest.mark.parametrize("stays", [False, True])
+def test_surfaces_run_in_with_the_way_that_they_slide(stays: bool) -> None:
+    t, base = np.linspace(0, 8, 8001), {"h_D": 0.4, "rho": 12.0, "r_0": -1.0}
+    way = np.r_[0.0, np.cumsum(np.abs(np.diff(np.sin(3 * t))))]
+    level = 0.4 * (1 + 0.8 * np.exp(-way / 5.0))
+    motion = record(t, lambda x: np.sin(3 * x))
+    given = {"rise": 0.8, "s_r": 5.0} if stays else {"rise_h": 0.8, "s_h": 5.0}
+    F = force(find("running_in", "friction", next(iter(given))), motion, base, **given)
+    slips = (np.abs(np.sin(3 * t)) > 0.97) & (motion["z"] * motion["v"] > 0)  # at the end of each stroke
+    assert np.abs(np.abs(F[slips]) / level[slips] - 1).max() < 0.02
+    if stays:
+        wanted = bristles(motion, lambda x: np.sin(3 * x), lambda x: np.interp(x, t, level))
+        assert np.abs(F - wanted)[t > 1].max() < 5e-3
+
+
+def test_a_sample_warms_up_by_its_own_friction() -> None:
+    """At a steady mean speed v the way whose heat is still there grows as v τ (1 − e^(−t/τ))."""
+    t = np.linspace(0, 10, 4001)
+    motion = record(t, lambda x: np.sin(40 * x))
+    F = force(find("temperature_drift", "spring", "beta_h"), motion, {"k_D": 2.0}, beta_h=-0.005, tau_h=2.0)
+    at = np.abs(motion["z"]) > 0.9
+    warmth = 80 / np.pi * 2.0 * (1 - np.exp(-t / 2.0))
+    assert np.allclose((F[at] / (2 * motion["z"][at]) - 1) / -0.005, warmth[at], atol=2.0)
 
 
 def test_friction_by_direction() -> None:

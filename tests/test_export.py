@@ -176,6 +176,7 @@ def test_all_models_run_on_a_microcontroller(name: str) -> None:
         assert on_board(make_unit(getattr(models, name)), real, core).passed, (core.name, real)
 
 
+@needs_arm
 def test_without_the_tools_the_datasheet_says_what_is_not_measured(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -157,7 +157,7 @@ def test_the_catalogue_attaches(name: str) -> None:
     of_dahl = {e.id for e in CATALOGUE if e.fits(models.modified_dahl)}
     fitting = [e for e in CATALOGUE if e.fits(model)]
     friction = {"dahl_exponent", "stribeck_friction", "position_dependent_friction", "asymmetric_friction"}
-    friction |= {"rate_dependent_friction"}
+    friction |= {"rate_dependent_friction", "running_in"}
     missing = {"bouc_wen": {"dahl_exponent"}, "lugre": set()}.get(name, friction)
     assert of_dahl - {e.id for e in fitting} <= missing
     for e in fitting:

@@ -1,0 +1,103 @@
+"""Models of a user's own whose ports say little: what their recordings tell beside is filled in."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import modelgen as mg
+from modelgen.diagnose import diagnose
+from modelgen.diagnose.whole_ports import whole
+from modelgen.effects import CATALOGUE
+from modelgen.language import Equation, Input, Model, Parameter, Port, State
+from modelgen.models import load
+from modelgen.recordings import Case, Recording
+
+t, z = Input("t", "s"), Input("z", "mm")
+k_0, k_1 = Parameter("k_0", "N/mm", 5.8, (0.3, 2e2)), Parameter("k_1", "N/mm", 3.9, (0.3, 2e2))
+tau, F_0 = Parameter("tau", "s", 0.2, (0.01, 1.0)), Parameter("F_0", "N", 0.0, (-1e2, 1e2))
+Q = State("q", z, rate=(z - sp.Symbol("q")) / tau, unit="mm", substeps=2)
+F = Equation("F", k_0 * z + k_1 * (z - Q) + F_0, "N")
+AT = (("z", z.symbol), ("t", t.symbol))
+zener = Model("zener", (t, z), (k_0, k_1, tau, F_0), (Q, F), ("F",), (Port("mechanical", "force", "F", AT),))
+
+
+def test_a_port_that_says_only_where_it_is_gets_its_motion_and_its_sensor() -> None:
+    model = whole(zener)
+    force, sensor = model.ports
+    assert {"z", "v", "a", "z_prev", "z_turn", "t", "t_prev"} == {n for n, _ in force.variables}
+    assert sensor.kind == "sensor" and sensor.equation == "F" != force.equation
+    of_dahl = {e.id for e in CATALOGUE if e.kinds[0] == "force" and e.fits(load("modified_dahl"))}
+    assert of_dahl <= {e.id for e in CATALOGUE if e.fits(model)}
+
+
+def test_what_is_filled_in_changes_no_number() -> None:
+    T = np.linspace(0, 3, 301)
+    given = {"t": T, "z": np.sin(5 * T)}
+    assert np.array_equal(mg.build(zener)(**given), mg.build(whole(zener))(**given))
+
+
+def test_a_model_that_says_all_stays_as_it_is() -> None:
+    for name in ("modified_dahl", "lugre", "electrodynamic_transducer", "complex_stiffness"):
+        assert whole(load(name)) == load(name)
+
+
+def test_names_that_are_taken_are_left_alone() -> None:
+    taken = Parameter("z_rate", "1", 1.0, (0.0, 2.0))
+    model = Model("m", (t, z), (k_0, taken), (Equation("F", k_0 * taken * z, "N"),), ("F",), zener.ports)
+    assert dict(whole(model).ports[0].variables)["v"].name == "z_rate_"
+
+
+def test_a_port_takes_a_state_or_an_input_for_its_symbol() -> None:
+    assert Port("mechanical", "force", "F", (("z", Q), ("t", t))) == Port(
+        "mechanical", "force", "F", (("z", Q.symbol), ("t", t.symbol))
+    )
+
+
+def recorded(force: np.ndarray, T: np.ndarray, motion: np.ndarray) -> Case:
+    return Case(None, "own", (Recording("r", None, "fit", {"t": T, "z": motion}, {"F": force}),))
+
+
+@pytest.mark.slow
+def test_a_stop_is_found_by_a_model_that_says_only_where_it_is() -> None:
+    """A standard linear solid and a bumper of Hertz, Hunt and Crossley."""
+    rng = np.random.default_rng(11)
+    T = np.arange(0, 20, 0.01)
+    x = sum(
+        a * np.sin(w * T + p)
+        for a, w, p in zip((1.2, 0.8, 0.5), (2.1, 4.7, 9.3), (0.3, 1.0, 2.0), strict=True)
+    )
+    stretch, kept = np.zeros_like(x), np.exp(-0.01 / 0.15)  # of the arm's spring, exact for straight steps
+    for i in range(1, len(x)):
+        stretch[i] = stretch[i - 1] * kept + (x[i] - x[i - 1]) * 0.15 / 0.01 * (1 - kept)
+    over = np.maximum(x - 1.4, 0.0)
+    bump = 9.0 * over**1.5 * (1 + 0.05 * np.gradient(x, T) * (over > 0))
+    force = 7.0 * x + 4.0 * stretch + bump - 3.0 + 0.03 * rng.standard_normal(len(T))
+    found = diagnose(recorded(force, T, x), zener)
+    assert [e.id for e in found.effects] == ["end_stop"]
+
+
+def test_a_hum_is_no_other_account_of_what_is_named() -> None:
+    """A damper with valves, and the mains beside the force at most of the noise."""
+    rng = np.random.default_rng(12)
+    T = np.arange(0, 8, 0.004)
+    x = 3 * np.sin(2 * np.pi * 1.3 * T) + np.sin(2 * np.pi * 4.1 * T)
+    v = np.gradient(x, T, edge_order=2)
+    force = 4.0 * x + 0.3 * v + 0.05 * np.logaddexp(0, v / 0.5) * 0.5
+    noise = 0.25 * rng.standard_normal(len(T)) + 0.3 * np.sin(2 * np.pi * 50.02 * T + 1.0)
+    found = diagnose(recorded(force + noise, T, x), load("kelvin_voigt"))
+    assert [e.id for e in found.effects] == ["asymmetric_damping"]
+    assert any("50.0" in note and "does not follow the motion" in note for note in found.notes)
+
+
+def test_what_a_law_of_another_form_leaves_is_no_second_effect() -> None:
+    """An orifice with a laminar core, p = b v √(v² + v_0²): a square law misses it by a few hundredths."""
+    rng = np.random.default_rng(13)
+    T = np.arange(0, 8, 0.005)
+    x = 3 * np.sin(2 * np.pi * 0.7 * T) + 2 * np.sin(2 * np.pi * 2.3 * T + 1)
+    v = np.gradient(x, T, edge_order=2)
+    force = 2.0 * x + 0.2 * v + 0.02 * v * np.sqrt(v**2 + 4.0**2)
+    force += 0.004 * np.std(force) * rng.standard_normal(len(T))
+    found = diagnose(recorded(force, T, x), load("kelvin_voigt"))
+    assert [e.id for e in found.effects] == ["quadratic_damping"]
