@@ -49,6 +49,15 @@ def test_names_that_are_taken_are_left_alone() -> None:
     assert dict(whole(model).ports[0].variables)["v"].name == "z_rate_"
 
 
+def test_a_speed_that_is_recorded_stays_the_ports_own() -> None:
+    v, c = Input("v", "mm/s"), Parameter("c", "N*s/mm", 0.1, (0.0, 1.0))
+    at = (*AT, ("v", v.symbol))
+    law = Equation("F", k_0 * z + c * v, "N")
+    model = whole(Model("m", (t, z, v), (k_0, c), (law,), ("F",), (Port("mount", "force", "F", at),)))
+    assert dict(model.ports[0].variables)["v"] == v.symbol
+    assert ("rate", "z") in [i.derived for i in model.inputs]
+
+
 def test_a_port_takes_a_state_or_an_input_for_its_symbol() -> None:
     assert Port("mechanical", "force", "F", (("z", Q), ("t", t))) == Port(
         "mechanical", "force", "F", (("z", Q.symbol), ("t", t.symbol))

@@ -46,7 +46,8 @@ def whole(model: Model) -> Model:
 
 
 def _moving(model: Model, port: Port, axis: Input) -> Model:
-    """`model` whose `port` knows all of the motion that it is a force of, if that is recorded."""
+    """`model` whose `port` knows all of the motion that it is a force of, if that is recorded. Its rate is
+    there at any rate: by it one sees what moves, and how far and fast."""
     z = next((i for i in model.inputs if ("z", i.symbol) in port.variables and not i.derived), None)
     have = dict(port.variables)
     if z is None or z.name == axis.name:
@@ -60,8 +61,8 @@ def _moving(model: Model, port: Port, axis: Input) -> Model:
         "t": axis,
         "t_prev": previous(axis),
     }
-    added = {n: _known(model, i) for n, i in wanted.items() if n not in have}
-    more = tuple((n, i.symbol) for n, i in added.items())
+    added = {n: _known(model, i) for n, i in wanted.items() if n not in have or n == "v"}
+    more = tuple((n, i.symbol) for n, i in added.items() if n not in have)
     fuller = replace(port, variables=(*port.variables, *more))
     model = model.with_inputs(*added.values())
     return replace(model, ports=tuple(fuller if p is port else p for p in model.ports))
