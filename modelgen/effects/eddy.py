@@ -1,9 +1,10 @@
 """Currents and delays in the core: solid iron, shorted turns, magnetic after-effect."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change, unit_omega
+from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, add, change, unit_omega
 from modelgen.language import Model, Parameter, Port, eddy_factor, j, powj
 
 
@@ -41,6 +42,19 @@ solid_pole = Effect(
     needs=("omega",),
 )
 
+solid_core = Effect(
+    "semi_inductance",
+    ("inductance",),
+    "flux enters a solid core only through its skin: a share of the inductance at low frequency falls "
+    "with the root of frequency above ω_c",
+    solid_pole.source,
+    (Strength("share", "1", bounds=(0.0, 1.0), text="share of the inductance by the flux in the core"),),
+    change(lambda L, at, p: L * (1 - p["share"] * (1 - eddy_factor(at["omega"] / p["omega_c"])))),
+    (replace(solid_pole.shapes[0], name="omega_c"),),
+    needs=("omega",),
+    common=RARER,
+)
+
 shunted_inductance = Effect(
     "eddy_shunt",
     ("inductance",),
@@ -62,6 +76,20 @@ shorted_turn = Effect(
     (Shape("omega_2", "rad/s", "omega", 0.3, 3.0, text="R_2/L_2, above which the resistance is left"),),
     needs=("omega",),
     alike=("permeability_relaxation",),  # a part of it that follows late with one time
+)
+
+shorted_share = Effect(
+    "eddy_shunt",
+    ("inductance",),
+    "a shorted turn, or the pole piece acting as one, shunts a share of the inductance that there is at low "
+    "frequency",
+    shorted_turn.source,
+    (Strength("share", "1", bounds=(0.0, 1.0), text="share of the inductance that is shunted"),),
+    change(lambda L, at, p: L * (1 - p["share"] * j * at["omega"] / (p["omega_s"] + j * at["omega"]))),
+    (replace(shorted_turn.shapes[0], name="omega_s"),),
+    needs=("omega",),
+    common=RARER,
+    alike=("permeability_relaxation",),
 )
 
 two_turns = Effect(
@@ -124,8 +152,10 @@ permeability_relaxation = Effect(
 EFFECTS = (
     semi_inductance,
     solid_pole,
+    solid_core,
     shunted_inductance,
     shorted_turn,
+    shorted_share,
     two_turns,
     shunted_terminals,
     permeability_relaxation,
