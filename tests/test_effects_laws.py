@@ -115,6 +115,19 @@ def test_shunts_are_resistances_in_parallel() -> None:
     assert np.allclose(1 / (new - wire), 1 / (old - wire) + 1 / 50.0)
 
 
+@pytest.mark.parametrize(("id", "corner"), [("semi_inductance", "omega_c"), ("eddy_shunt", "omega_s")])
+def test_a_share_of_an_inductance_is_a_part_of_it_beside_the_rest(id: str, corner: str) -> None:
+    """L_e of which 0.3 is by the flux in the core is 0.7 L_e beside a part of 0.3 L_e."""
+    law = next(e for e in CATALOGUE if e.id == id and e.strengths[0].name == "share")
+    part = {"omega_c": ("L_3", "omega_3"), "omega_s": ("L_2", "omega_2")}[corner]
+    beside = find(id, "electrical_impedance", part[0])
+    given = {f"{id}_{part[0]}": 0.3 * COIL["L_e"], f"{id}_{part[1]}": 5e3}
+    less = COIL | {"L_e": 0.7 * COIL["L_e"]}
+    wanted = extended(beside, "electrodynamic_transducer")({"f": f}, **less, **given)["Z"]
+    given = {f"{id}_share": 0.3, f"{id}_{corner}": 5e3}
+    assert np.allclose(extended(law, "electrodynamic_transducer")({"f": f}, **COIL, **given)["Z"], wanted)
+
+
 def test_semi_inductance_and_cole_cole() -> None:
     old, new = at_port(find("semi_inductance", "electrical_impedance"), K=0.02, n=0.6)
     assert np.allclose(np.angle(new - old), 0.3 * np.pi)
@@ -711,6 +724,26 @@ def test_a_material_softened_below_its_peak_is_itself_again_at_the_peak() -> Non
     assert np.allclose(F[:50], z[:50])  # as it is loaded for the first time
     assert F[250] / z[250] == pytest.approx(1 - 0.4 * np.tanh((1 - 0.25) / 0.09), rel=1e-6)
     assert np.allclose(force(law, motion, {"k_D": 1.0}, q=0.0, w=0.3), z)
+
+
+def test_payne_softening_by_the_greatest_deflection_of_late() -> None:
+    t = np.linspace(0, 60, 6001)
+    motion = record(t, lambda x: np.where(x < 30, 2.0, 0.5) * np.sin(5 * x))
+    law = find("payne_softening", "spring", "k_l")
+    F = force(law, motion, k_l=3.0, A_l=1.0, n_l=1.6, tau_l=200.0)
+    late = (np.abs(np.sin(5 * t)) > 0.9) & ((t > 2) & (t < 29))
+    assert np.allclose(F[late] / motion["z"][late], 3 / (1 + 2.0**1.6), rtol=5e-3)
+    F = force(law, motion, k_l=3.0, A_l=1.0, n_l=1.6, tau_l=2.0)  # it mends: 2 e^(−20/2) is far below 0.5
+    late = (np.abs(np.sin(5 * t)) > 0.9) & (t > 50)
+    assert np.allclose(F[late] / motion["z"][late], 3 / (1 + 0.5**1.6), rtol=0.1)
+
+
+def test_stress_softening_that_gets_ever_slower() -> None:
+    t = np.linspace(0, 10, 2001)
+    motion = record(t, lambda x: np.sin(5 * x))
+    way = np.cumsum(np.abs(motion["z_turn"] - motion["z_prev"]) + np.abs(motion["z"] - motion["z_turn"]))
+    F = force(find("stress_softening", "spring", "k_m"), motion, k_m=3.0, s_m=4.0, m=0.6)
+    assert np.allclose(F, 3 * motion["z"] * np.exp(-((way / 4) ** 0.6)), atol=1e-6)
 
 
 def test_payne_softening_in_a_cycle_has_its_loss_where_the_network_breaks() -> None:

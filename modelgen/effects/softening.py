@@ -104,6 +104,36 @@ payne_followed = Effect(
     common=0.5,
 )
 
+
+def _payne_of_late(model: Model, port: Port, p: Values) -> Model:
+    """a = max(|z|, a e^(−dt/τ)): the greatest deflection of late."""
+    name = "payne_softening_of_late"
+    z = Abs(port["z"])
+    fading = Symbol(name, real=True) * exp(-(port["t"] - port["t_prev"]) / p["tau_l"])
+    peak = State(
+        name,
+        at_start(model, z),
+        Max(z, fading),
+        unit=unit_of(model, port["z"]),
+        text="its greatest deflection",
+    )
+    softer = p["k_l"] / (1 + (peak.symbol / p["A_l"]) ** p["n_l"])
+    return model.extend(port.equation, lambda k: k + softer, statements=(peak,))
+
+
+payne_of_late = replace(
+    payne_followed,
+    says="the stiffness falls with the greatest deflection of late, beyond which the network of filler mends "
+    "in its own time",
+    strengths=(replace(payne_followed.strengths[0], name="k_l"),),
+    apply=_payne_of_late,
+    shapes=(
+        *(replace(q, name=f"{q.name[0]}_l") for q in payne_followed.shapes[:2]),
+        Shape("tau_l", "s", "duration", 0.1, 10.0, 2, text="time in which the network mends"),
+    ),
+    common=0.5,
+)
+
 payne_in_a_cycle = Effect(
     "payne_softening",
     ("stiffness",),
@@ -159,6 +189,31 @@ stress_softening = Effect(
     _mullins,
     (Shape("s_c", "{z}", "displacement", 1.0, 300.0, 8, text="path over which it falls to 1/e"),),
     needs=("z", "z_prev", "z_turn"),
+)
+
+
+def _stretched(model: Model, port: Port, p: Values) -> Model:
+    """What is left of k_m is exp(−(s/s_m)^m) after a way s."""
+    name = Symbol("stress_softening_way", real=True)
+    gone = State(name.name, 0, name + way(port), unit=unit_of(model, port["z"]), text="way so far")
+    left = exp(-((gone.symbol / p["s_m"] + START) ** p["m"]))
+    return model.extend(port.equation, lambda k: k + p["k_m"] * left, statements=(gone,))
+
+
+START = 1e-9  # the power's derivative by m stays finite where the way begins
+
+stretched_softening = replace(
+    stress_softening,
+    says="the virgin material softens with the path that it has travelled, fast at first and ever slower, as "
+    "bonds of many strengths break that do not mend (Mullins)",
+    source=MULLINS + "; stretched exponential: R. Kohlrausch, Ann. Phys. 91 (1854) 179",
+    strengths=(replace(stress_softening.strengths[0], name="k_m"),),
+    apply=_stretched,
+    shapes=(
+        replace(stress_softening.shapes[0], name="s_m", points=4),
+        Shape("m", "1", "1", 0.3, 0.9, 2, log=False, text="1 for bonds of one strength"),
+    ),
+    common=0.5,
 )
 
 
@@ -251,7 +306,7 @@ softened_by_peak_on = _after_motion(
 )
 
 EFFECTS = (
-    payne_softening, payne_followed, payne_in_a_cycle, payne_with_loss,
-    stress_softening, softening_by_peak, softening_below_peak,
+    payne_softening, payne_followed, payne_of_late, payne_in_a_cycle, payne_with_loss,
+    stress_softening, stretched_softening, softening_by_peak, softening_below_peak,
     softened_on, softened_by_peak_on,
 )  # fmt: skip

@@ -15,9 +15,9 @@ WORTH = 0.9
 IMPERFECT = 0.01
 """Share of the evidence so far that a law of the right family leaves, a tenth off: no second effect."""
 INEXACT = 0.06
-"""Of all that is explained, in rms: so much may be wrong with laws of the right kind, as other people's laws of
-the same physics differ from ours. In records of several simulators with other laws, what was less than this
-was mostly no second effect, what was more mostly one."""
+"""Of all that is explained, in rms: so much may be wrong with laws of the right kind, as other people's laws
+of the same physics differ from ours. In records of several simulators with other laws, what was less than
+this was mostly no second effect, what was more mostly one."""
 SEEN = 0.998
 """Where far more than noise is left, a further effect must be seen in the recordings as they are, and not
 only in what a filter of that rest leaves of them."""
