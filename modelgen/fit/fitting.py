@@ -95,7 +95,7 @@ def _result(
         seconds=time.perf_counter() - began, reason=outcome.reason.value, method=method,
         recordings=tuple(_recording(model, *p) for p in parts),
         notes=(
-            *_notes(case, outcome, found, over["fit"]),
+            *_notes(case, outcome, found, over["fit"], all(s.stated for s in ex.series)),
             *broken(model, _values(ex, theta)),
             *map(str, confusions(ex, theta, known)),
         ),
@@ -233,14 +233,18 @@ def _recording(model: Model, s: Series, raw: Array, white: Array) -> RecordingFi
     return RecordingFit(s.name, s.role, s.n, _rms([e]), unit, _rms([white]))
 
 
-def _notes(case: Case, outcome: Outcome, found: Sequence[Estimate], over: float) -> tuple[str, ...]:
+def _notes(
+    case: Case, outcome: Outcome, found: Sequence[Estimate], over: float, stated: bool
+) -> tuple[str, ...]:
     """What a reader of the result should know, in sentences."""
     notes = [warning for r in case.recordings for warning in r.warnings]
     notes += [f"{e.name} lies on its bound" for e in found if e.at_bound]
     if over > MISFIT:
+        noise = "the noise" if stated else "what neighbouring samples scatter by"
+        other = "" if stated else ", or the noise is not independent from sample to sample"
         notes.append(
-            f"the residual is {over:.3g} times the noise: the model leaves something out, which standard "
-            "deviations do not cover; `modelgen diagnose` looks for it"
+            f"the residual is {over:.3g} times {noise}: the model leaves something out, which standard "
+            f"deviations do not cover{other}; `modelgen diagnose` looks for it"
         )
     if outcome.starts > 1:
         notes.append(f"{outcome.reached} of {outcome.starts} starts reached this optimum")
