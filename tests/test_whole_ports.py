@@ -10,7 +10,7 @@ import modelgen as mg
 from modelgen.diagnose import diagnose
 from modelgen.diagnose.whole_ports import whole
 from modelgen.effects import CATALOGUE
-from modelgen.language import Equation, Input, Model, Parameter, Port, State
+from modelgen.language import Equation, Input, Model, Parameter, Port, State, j, pi
 from modelgen.models import load
 from modelgen.recordings import Case, Recording
 
@@ -41,6 +41,17 @@ def test_what_is_filled_in_changes_no_number() -> None:
 def test_a_model_that_says_all_stays_as_it_is() -> None:
     for name in ("modified_dahl", "lugre", "electrodynamic_transducer", "complex_stiffness"):
         assert whole(load(name)) == load(name)
+
+
+@pytest.mark.parametrize("declared", [False, True])
+def test_ports_over_frequency_get_the_angular_frequency(declared: bool) -> None:
+    f, R, L = Input("f", "Hz"), Parameter("R", "ohm", 5.0, (0.1, 1e2)), Parameter("L", "H", 1e-3, (1e-6, 1.0))
+    w = (Equation("w", 2 * pi * f, "rad/s"),) if declared else ()
+    Z = Equation("Z", R + j * 2 * pi * f * L, "ohm")
+    model = whole(Model("coil", (f,), (R, L), (*w, Z), ("Z",), (Port("coil", "electrical_impedance", "Z"),)))
+    assert str(dict(model.ports[0].variables)["omega"]) == ("w" if declared else "omega")
+    assert any(e.id == "semi_inductance" and e.fits(model) for e in CATALOGUE)
+    assert mg.build(model)(f=100.0) == pytest.approx(5 + 0.2j * np.pi)
 
 
 def test_names_that_are_taken_are_left_alone() -> None:

@@ -1,5 +1,6 @@
-"""What a model over time leaves unsaid of its ports, though its recordings tell it: how the motion goes on
-beside where it is, and that a force was recorded through a sensor. Without it few effects would find a place.
+"""What a model leaves unsaid of its ports, though its recordings tell it: how a motion goes on beside where
+it is, that a force was recorded through a sensor, the angular frequency. Without it few effects would find a
+place.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from modelgen.language import (
     Model,
     Port,
     acceleration_of,
+    pi,
     previous,
     rate_of,
     turning_point_of,
@@ -21,20 +23,26 @@ from modelgen.language import (
 from modelgen.recordings.convert import is_time
 from modelgen.units import factor
 
+OSCILLATING = (
+    "terminals", "electrical_impedance", "inductance", "capacitance", "mechanical_impedance", "stiffness",
+)  # fmt: skip
+"""Kinds of ports over frequency."""
 FORCES = ("N", "N*m", "Pa")
 """What a load cell, a torque cell or a pressure sensor shows."""
 
 
 def whole(model: Model) -> Model:
-    """`model` with what its ports lack, where it is a model over time; else as it is.
+    """`model` with what its ports lack.
 
-    A force port that names a recorded motion z gets its rate v, acceleration a, the values before and at the
-    turn, and the time; a recorded force without a port of its sensor gets one. A model without memory becomes
-    one whose samples follow each other.
+    Over frequency that is ω. Over time, a force port that names a recorded motion z gets its rate v,
+    acceleration a, the values before and at the turn, and the time; a recorded force without a port of its
+    sensor gets one; and a model without memory becomes one whose samples follow each other.
     """
     axis = model.inputs[0] if model.inputs else None
-    if axis is None or not (model.is_time_model or is_time(axis.unit)):
+    if axis is None:
         return model
+    if not (model.is_time_model or is_time(axis.unit)):
+        return _oscillating(model, axis)
     if not model.is_time_model:
         model = model.with_inputs(previous(axis))
     for port in model.ports:
@@ -43,6 +51,27 @@ def whole(model: Model) -> Model:
     for output in model.outputs if is_time(axis.unit) else ():
         model = _sensed(model, output.name, axis)
     return model
+
+
+def _oscillating(model: Model, axis: Input) -> Model:
+    """`model` over frequency whose ports know the angular frequency."""
+    lacking = [p for p in model.ports if p.kind in OSCILLATING and "omega" not in dict(p.variables)]
+    if not lacking or not _is(axis.unit, "Hz"):
+        return model
+    omega = next((s for s in model.statements if isinstance(s, Equation) and s.expr == 2 * pi * axis), None)
+    if omega is None:
+        taken = {q.name for q in (*model.inputs, *model.parameters, *model.statements)}
+        omega = Equation(_free("omega", taken), 2 * pi * axis, "rad/s", text="angular frequency")
+        model = replace(model, statements=(omega, *model.statements))
+    at = ("omega", omega.symbol)
+    ports = (replace(p, variables=(*p.variables, at)) if p in lacking else p for p in model.ports)
+    return replace(model, ports=tuple(ports))
+
+
+def _free(name: str, taken: set[str]) -> str:
+    while name in taken:
+        name += "_"
+    return name
 
 
 def _moving(model: Model, port: Port, axis: Input) -> Model:
@@ -76,10 +105,7 @@ def _known(model: Model, wanted: Input) -> Input:
     if wanted in model.inputs:
         return wanted
     taken = {q.name for q in (*model.inputs, *model.parameters, *model.statements)}
-    name = wanted.name
-    while name in taken:
-        name += "_"
-    return replace(wanted, name=name)
+    return replace(wanted, name=_free(wanted.name, taken))
 
 
 def _sensed(model: Model, output: str, axis: Input) -> Model:
@@ -103,10 +129,12 @@ def _sensed(model: Model, output: str, axis: Input) -> Model:
 
 
 def _is_force(unit: str) -> bool:
-    for force in FORCES:
-        try:
-            factor(unit, force)
-        except InputError:
-            continue
-        return True
-    return False
+    return any(_is(unit, force) for force in FORCES)
+
+
+def _is(unit: str, wanted: str) -> bool:
+    try:
+        factor(unit, wanted)
+    except InputError:
+        return False
+    return True

@@ -2,6 +2,9 @@
 
 With z = −A_z cos θ, θ = 2πft, b = 1, the friction state runs between ∓tanh(ρ A_z) and both halves of the
 cycle are alike. Spring and dashpot are together one complex stiffness K. The offset is left out.
+
+As the paper's tables have it, k_s = F_max/A_z by the greatest force of the loop, and loss_angle is the
+arcsine of F(z = 0)/F_max; a lock-in amplifier, which shows the first harmonic, tells less and another angle.
 """
 
 from math import inf
