@@ -542,6 +542,12 @@ def test_a_sample_held_with_play() -> None:
     assert np.allclose(slow, np.sign(z) * np.maximum(K * np.abs(z) - K * g, 0), atol=1e-9)
 
 
+def test_drag_in_a_smooth_channel() -> None:
+    motion = record(np.linspace(0, 2, 400), wobble)
+    F = force(find("quadratic_damping", "force", "c_b"), motion, c_b=0.3)
+    assert np.allclose(F, 0.3 * np.sign(motion["v"]) * np.abs(motion["v"]) ** 1.75)
+
+
 def test_damping_along_the_stroke() -> None:
     motion = record(np.linspace(0, 2, 400), wobble)
     F = force(find("position_dependent_damping", "force"), motion, c_z=0.3)

@@ -1,6 +1,8 @@
 """Damping in the time domain: dashpots that aren't linear, and the linear one."""
 
-from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, add
+from sympy import Rational
+
+from modelgen.effects.effect import ANY, RARER, Effect, Shape, Strength, Values, add
 from modelgen.language import Abs, Model, Parameter, Port, sign
 
 DRAG = "drag with the square of speed, as of a turbulent fluid through an orifice"
@@ -69,6 +71,24 @@ def _unit(model: Model, port: Port) -> str:
     return unit_of(model, port["v"])
 
 
+def _blasius(model: Model, port: Port, p: Values) -> Model:
+    unit = Parameter("unit_speed", _unit(model, port), 1.0, (0.5, 2.0), "the unit of speed", known=True)
+    v = port["v"]
+    drag = p["c_b"] * v * (Abs(v) / unit + 1e-12) ** Rational(3, 4)
+    return model.with_parameters(unit).extend(port.equation, lambda F: F + drag)
+
+
+smooth_pipe = Effect(
+    "quadratic_damping",
+    ("force",),
+    "drag with speed to the power 7/4, as of a turbulent fluid in a smooth channel",
+    "H. Blasius, VDI-Forschungsheft 131 (1913)",
+    (Strength("c_b", "{port}/({v})", text="drag at unit speed over speed"),),
+    _blasius,
+    needs=("v",),
+    common=RARER,
+)
+
 power_law_damping = Effect(
     "power_law_damping",
     ("force",),
@@ -86,4 +106,11 @@ power_law_damping = Effect(
     common=0.5,
 )
 
-EFFECTS = (viscous_force, quadratic_damping, asymmetric_damping, position_damping, power_law_damping)
+EFFECTS = (
+    viscous_force,
+    quadratic_damping,
+    asymmetric_damping,
+    position_damping,
+    smooth_pipe,
+    power_law_damping,
+)

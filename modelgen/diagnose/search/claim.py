@@ -14,7 +14,7 @@ WORTH = 0.9
 """Where models stay far from the data, an effect must take away a tenth of the misfit to be named."""
 IMPERFECT = 0.01
 """Share of the evidence so far that a law of the right family leaves, a tenth off: no second effect."""
-INEXACT = 0.06
+INEXACT = 0.05
 """Of all that is explained, in rms: so much may be wrong with laws of the right kind, as other people's laws
 of the same physics differ from ours. In records of several simulators with other laws, what was less than
 this was mostly no second effect, what was more mostly one."""
