@@ -71,6 +71,15 @@ def factor(found: str, wanted: str) -> float:
 
 
 @cache
+def converts(found: str, wanted: str) -> bool:
+    """Whether a quantity in the unit `found` can be given in `wanted`."""
+    try:
+        factor(found, wanted)
+    except InputError:
+        return False
+    return True
+
+
 def tidy(unit: str) -> str:
     """A unit as people write it, e.g. "(N)/((mm))**3" → "N/mm³"; "1" for none. It reads back by `parse`."""
     parsed = parse(unit)

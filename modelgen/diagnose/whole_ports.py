@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from modelgen.errors import InputError
 from modelgen.language import (
     Equation,
     Input,
@@ -21,7 +20,7 @@ from modelgen.language import (
     turning_point_of,
 )
 from modelgen.recordings.convert import is_time
-from modelgen.units import factor
+from modelgen.units import converts
 
 OSCILLATING = (
     "terminals", "electrical_impedance", "inductance", "capacitance", "mechanical_impedance", "stiffness",
@@ -56,7 +55,7 @@ def whole(model: Model) -> Model:
 def _oscillating(model: Model, axis: Input) -> Model:
     """`model` over frequency whose ports know the angular frequency."""
     lacking = [p for p in model.ports if p.kind in OSCILLATING and "omega" not in dict(p.variables)]
-    if not lacking or not _is(axis.unit, "Hz"):
+    if not lacking or not converts(axis.unit, "Hz"):
         return model
     omega = next((s for s in model.statements if isinstance(s, Equation) and s.expr == 2 * pi * axis), None)
     if omega is None:
@@ -129,12 +128,4 @@ def _sensed(model: Model, output: str, axis: Input) -> Model:
 
 
 def _is_force(unit: str) -> bool:
-    return any(_is(unit, force) for force in FORCES)
-
-
-def _is(unit: str, wanted: str) -> bool:
-    try:
-        factor(unit, wanted)
-    except InputError:
-        return False
-    return True
+    return any(converts(unit, force) for force in FORCES)

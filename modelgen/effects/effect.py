@@ -15,7 +15,7 @@ from sympy import sympify
 
 from modelgen.errors import InputError
 from modelgen.language import Equation, Implicit, Model, Parameter, Port, j
-from modelgen.units import factor, tidy
+from modelgen.units import converts, factor, tidy
 
 Values = Mapping[str, Parameter]
 Apply = Callable[[Model, Port, Values], Model]
@@ -233,15 +233,7 @@ def _answers(model: Model, port: Port) -> bool:
     Memory and loss make a force go before the displacement; what answers to a drive lags behind it: strengths
     that can have one sign in a force have the other one there.
     """
-    return port.kind == "force" and any(_converts(model[port.equation].unit, unit) for unit in ANSWERS)
-
-
-def _converts(found: str, wanted: str) -> bool:
-    try:
-        factor(found, wanted)
-    except InputError:
-        return False
-    return True
+    return port.kind == "force" and any(converts(model[port.equation].unit, unit) for unit in ANSWERS)
 
 
 def _port_units(port: Port, unit: str) -> dict[str, str]:
