@@ -80,6 +80,7 @@ def converts(found: str, wanted: str) -> bool:
     return True
 
 
+@cache
 def tidy(unit: str) -> str:
     """A unit as people write it, e.g. "(N)/((mm))**3" → "N/mm³"; "1" for none. It reads back by `parse`."""
     parsed = parse(unit)

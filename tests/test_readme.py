@@ -43,6 +43,12 @@ def test_the_model_of_ten_lines(folder: Path) -> None:
     assert build(quartz)(f=1e7) == pytest.approx(1 / Y, rel=1e-12)
 
 
+def test_the_mount_that_needs_no_speed(folder: Path) -> None:
+    t = np.linspace(0, 2, 401)
+    F = build(load("mount.py:mount", folder))(t=t, z=np.sin(3 * t), k=7.0, c=0.2, F_0=1.0)
+    assert np.allclose(F, 7 * np.sin(3 * t) + 0.2 * 3 * np.cos(3 * t) + 1, atol=1e-3)
+
+
 def test_the_effect_of_ten_lines(folder: Path) -> None:
     (leak,) = load_effects("my_effects.py", folder)
     quartz = load("quartz.py:quartz", folder)

@@ -2,7 +2,7 @@
 
 from sympy import Rational
 
-from modelgen.effects.effect import ANY, RARER, Effect, Shape, Strength, Values, add
+from modelgen.effects.effect import ANY, RARER, Effect, Shape, Strength, Values, add, unit_of
 from modelgen.language import Abs, Model, Parameter, Port, sign
 
 DRAG = "drag with the square of speed, as of a turbulent fluid through an orifice"
@@ -58,21 +58,20 @@ position_damping = Effect(
 
 
 def _power_law_damping(model: Model, port: Port, p: Values) -> Model:
-    unit = Parameter("unit_speed", _unit(model, port), 1.0, (0.5, 2.0), "the unit of speed", known=True)
+    unit = _unit(model, port)
     v = port["v"]
     return model.with_parameters(unit).extend(
         port.equation, lambda F: F + p["c_n"] * sign(v) * (Abs(v) / unit + 1e-12) ** p["n"]
     )
 
 
-def _unit(model: Model, port: Port) -> str:
-    from modelgen.effects.effect import unit_of
-
-    return unit_of(model, port["v"])
+def _unit(model: Model, port: Port) -> Parameter:
+    unit = unit_of(model, port["v"])
+    return Parameter("unit_speed", unit, 1.0, (0.5, 2.0), "the unit of speed", known=True)
 
 
 def _blasius(model: Model, port: Port, p: Values) -> Model:
-    unit = Parameter("unit_speed", _unit(model, port), 1.0, (0.5, 2.0), "the unit of speed", known=True)
+    unit = _unit(model, port)
     v = port["v"]
     drag = p["c_b"] * v * (Abs(v) / unit + 1e-12) ** Rational(3, 4)
     return model.with_parameters(unit).extend(port.equation, lambda F: F + drag)
