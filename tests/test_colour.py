@@ -5,16 +5,16 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from modelgen.fit.banded import factor, smeared, smears, smoothing, through
+from modelgen.fit.banded import factor, smears, smoothing, through
 from modelgen.fit.colour import autoregression, coloured, filtered, noise_like, recursive
-from modelgen.fit.whitener import Whitener
+from modelgen.fit.whitener import Smear, Whitener
 
 
 @pytest.mark.parametrize(("a", "variance"), [((1.0, -0.9, 0.1), 0.3), ((1.0, -0.5), 1.0)])
 def test_the_factor_is_that_of_the_dense_covariance(a: tuple[float, ...], variance: float) -> None:
     rng = np.random.default_rng(0)
     n, order = 80, len(a) - 1
-    rows = smeared(rng.exponential(1, n), rng.integers(4, 7, n))
+    rows = smears(Smear(rng.integers(4, 7, n), rng.standard_normal((3, n))), rng.exponential(1, n))
     reach = rows.shape[1] // 2
     smear = np.zeros((n, n + 2 * reach))
     for i in range(n):
@@ -38,7 +38,7 @@ def test_what_smoothing_makes_of_errors_is_what_its_rows_say() -> None:
     found, reach = smoothing(window, e), 14
     around = np.pad(e, reach)
     for order in range(3):
-        rows = smears(window, np.eye(3)[order][:, None] * np.ones(n))
+        rows = smears(Smear(window, np.eye(3)[order][:, None] * np.ones(n)), np.ones(n))
         assert np.allclose(np.linalg.norm(rows, axis=1), 1)
         assert np.allclose(found[order], [rows[i] @ around[i : i + 2 * reach + 1] for i in range(n)])
 

@@ -11,37 +11,25 @@ from dataclasses import replace
 
 import numpy as np
 
-from modelgen.fit.whitener import Array, Whitener
+from modelgen.fit.whitener import Array, Smear, Whitener
 from modelgen.recordings.savgol import kernels
 
-WIDE, WIDEST = 24, 200
-"""Half-width of smoothing, in samples, up to which its noise is told apart, roughly and well: the cost goes
-with its square."""
+WIDEST = 200
+"""Half-width of smoothing, in samples, up to which its noise is told apart: the cost goes with its square."""
 
 
 def beside(w: Whitener, rows: Array) -> Whitener:
-    """`w` with noise of covariance R Rᵀ (`rows` as `smeared` gives them) beside its own, which is 1."""
+    """`w` with noise of covariance R Rᵀ (`rows` as `smears` gives them) beside its own, which is 1."""
     return replace(
         w, ar=np.ones(1), band=factor(np.ones(1), 1.0, np.zeros(len(rows)), through(np.ones(1), rows))
     )
 
 
-def smeared(variance: Array, width: Array) -> Array:
-    """(n, 2 m + 1) rows of a matrix R, centred on its diagonal: R Rᵀ is the covariance of what noise leaves
-    in a derivative by local polynomials.
-
-    variance, width: (n,) of it, and half-widths in samples (those beyond WIDE count as that: little is left
-    there).
-    """
-    none = np.zeros(len(variance))
-    return smears(np.minimum(width, WIDE), np.stack([none, np.sqrt(variance), none]))
-
-
-def smears(window: Array, by: Array) -> Array:
-    """(n, 2 m + 1) rows, centred on the diagonal, that white noise of the displacement goes through to a sum
-    of a sample's smoothed value and derivatives, `by` (3, n) of each in its standard deviation."""
-    half, most = _halves(window)
-    rows = np.zeros((len(half), 2 * most + 1))
+def smears(smear: Smear, weight: Array) -> Array:
+    """(n, 2 m + 1) rows of a matrix R, centred on its diagonal: R Rᵀ is the covariance of what white noise of
+    the displacement leaves in the output, in units of its own noise 1/`weight` (n,)."""
+    half, most = _halves(smear.window)
+    rows, by = np.zeros((len(half), 2 * most + 1)), smear.by * weight
     for h, at in _alike(half):
         rows[at, most - h : most + h + 1] = by[:, at].T @ _unit(h)
     return rows

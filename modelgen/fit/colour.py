@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from modelgen.fit.banded import factor, smeared, through
+from modelgen.fit.banded import factor, smears, through
 from modelgen.fit.whitener import Array, Whitener
 
 UNBELIEVED = 1e8
@@ -161,7 +161,8 @@ def _coloured(w: Whitener, white: Array, most: int, slow: bool) -> tuple[Whitene
     if w.smear is not None and np.mean(share[used] < 0.95) > 0.01:
         undo = np.where(used, share, 1.0)
         own = autoregression(white / undo, most, share)
-        rows, early = smeared(1 / undo**2 - 1, w.smear), replace(plain, undo=undo)
+        early = replace(plain, undo=undo)
+        rows = smears(w.smear, np.mean(np.abs(w.weight), axis=0) / undo)
         for a in [np.ones(1), own][: 2 if len(own) > 1 else 1]:
             more = through(a, rows)
             for level in LEVELS:

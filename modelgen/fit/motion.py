@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from modelgen.fit.banded import beside, smears
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.series import Array, Series, input_noise
+from modelgen.fit.whitener import Smear
 from modelgen.recordings import Case, Recording
 from modelgen.recordings.kinematics import Kinematics
 from modelgen.recordings.turns import SURE
@@ -39,6 +40,10 @@ class MotionError:
     by_acceleration: Array
     window: Array
     std: Array
+
+    @property
+    def smear(self) -> Smear:
+        return Smear(self.window, np.stack([self.by_value, self.by_rate, self.by_acceleration]))
 
     @property
     def variance(self) -> Array:
@@ -165,7 +170,7 @@ def allowing(s: Series, error: MotionError | None) -> Series:
     if error is None:
         return s
     level = np.sqrt(1.0 + np.mean(np.abs(s.whitener.weight), axis=0) ** 2 * error.variance)
-    return replace(s, whitener=replace(s.whitener.masked(1.0 / level), smear=error.window))
+    return replace(s, whitener=replace(s.whitener.masked(1.0 / level), smear=error.smear))
 
 
 def with_motion(ex: Experiment, case: Case, recordings: Sequence[Recording], theta: Array) -> Experiment:
@@ -177,18 +182,11 @@ def with_motion(ex: Experiment, case: Case, recordings: Sequence[Recording], the
         error = motion_error(ex, case, r, theta, k)
         assert error is not None
         weight = np.mean(np.abs(s.whitener.weight), axis=0)
-        rows = smoothed(error, weight)
+        rows = smears(error.smear, weight)
         slight = float(np.mean(np.sum(rows**2, axis=1))) < SLIGHT
         found.append(s if slight else replace(s, whitener=beside(s.whitener, rows)))
     same = all(a is b for a, b in zip(found, ex.series, strict=True))
     return ex if same else replace(ex, series=tuple(found))
-
-
-def smoothed(error: MotionError, weight: Array) -> Array:
-    """(n, 2 m + 1) rows of R, centred on its diagonal: R Rᵀ is the covariance of what white noise of the
-    displacement leaves in the output, in units of its own noise 1/`weight`."""
-    by = np.stack([error.by_value, error.by_rate, error.by_acceleration])
-    return smears(error.window, by * weight)
 
 
 def _output(ex: Experiment, theta: Array, k: int, s: Series) -> Array:

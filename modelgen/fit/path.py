@@ -42,14 +42,13 @@ def likeliest(
     if error is None:
         return None
     turns, before = turn_error(ex, case, recording, theta, k), ex.raw(theta, k)
-    by = np.stack([error.by_value, error.by_rate, error.by_acceleration]) * own
-    e, tips = _errors(smears(error.window, by), turns, -own * before[0])
+    e, tips = _errors(smears(error.smear, own), turns, -own * before[0])
     there = replace(s, inputs=_moved(ex.model, s, error, turns, e, tips))
     data = s.data + _with(ex, k, there).raw(theta, k) - before
     level = 1.0 + own**2 * error.variance
     effects = turns.effect / np.sqrt(level)[:, None]
     root = Together.of(effects) if len(turns.at) else None
-    whitener = replace(plain.masked(1 / np.sqrt(level)), smear=error.window, root=root)
+    whitener = replace(plain.masked(1 / np.sqrt(level)), smear=error.smear, root=root)
     added = float(np.mean(level[used])) - 1 + float(np.sum(effects**2)) / s.n
     return replace(there, data=data, whitener=whitener), added
 

@@ -13,23 +13,35 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 
 @dataclass(frozen=True, eq=False)
+class Smear:
+    """Errors of a smoothed motion in an output.
+
+    window: (n,) half-widths of the smoothing, in samples. by: (3, n) standard deviations, signed, of what
+    errors of the motion's value and first two derivatives make of the output.
+    """
+
+    window: Array
+    by: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Whitener:
     """Turns residuals into independent ones of unit variance, as far as the noise is known.
 
-    weight: (channels, n) real, or (n,) complex, which multiplies the complex residual (so that a noise that
-    is relative to |Z| is turned into the frame of Z). root: errors that the samples have together.
-    share: (n,), by which `masked` has lowered the weight. ar: coefficients (1, a1, …) of a whitening filter
-    along the samples; undo: (n,) share that is divided out before it (noise that adds to a coloured one,
-    instead of modulating it); band: (order + 1, n), lower banded Cholesky factor of the covariance of what
-    the filter leaves. smear: (n,) half-widths, in samples, over which the noise that `share` allows for is
-    correlated. slow: whether the filter is that of a power of the frequency: one number, however long.
+    weight: (channels, n) real, or (n,) complex, which multiplies the complex residual (so that a noise
+    that is relative to |Z| is turned into the frame of Z). root: errors that the samples have together.
+    share: (n,), by which `masked` has lowered the weight. ar: coefficients (1, a1, …) of a whitening
+    filter along the samples; undo: (n,) share that is divided out before it (noise that adds to a
+    coloured one, instead of modulating it); band: (order + 1, n), lower banded Cholesky factor of the
+    covariance of what the filter leaves. smear: the errors of a motion that `share` allows for. slow:
+    whether the filter is that of a power of the frequency: one number, however long.
     """
 
     weight: Array
     root: Together | None = None
     ar: Array | None = None
     share: Array | None = None
-    smear: Array | None = None
+    smear: Smear | None = None
     undo: Array | None = None
     band: Array | None = None
     slow: bool = False
