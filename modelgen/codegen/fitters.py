@@ -40,7 +40,7 @@ class Noise(ctypes.Structure):
         ("order", _SIZE),
         ("ar", _POINTER),
         ("bands", _SIZE),
-        *((n, _POINTER) for n in ("band", "share", "block")),
+        *((n, _POINTER) for n in ("band", "reach", "share", "block")),
     )
 
 

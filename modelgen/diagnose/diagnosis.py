@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from modelgen.diagnose.base import fit_base
 from modelgen.diagnose.conclude import conclude
@@ -71,10 +72,24 @@ def diagnose(
     """
     from modelgen.effects import CATALOGUE
 
-    begun = time.perf_counter()
-    model = whole(model)
     catalogue = (*CATALOGUE, *(effects or ()))
     check_effects(effects or (), model, {k for e in CATALOGUE for k in e.kinds})
+    # fits share the cores already; threads of small matrices wait for each other, ten times as long on a busy
+    # machine
+    with threadpool_limits(1, "blas"):
+        return _diagnosed(case, whole(model), catalogue, effects or (), progress, out, seed)
+
+
+def _diagnosed(
+    case: Case,
+    model: Model,
+    catalogue: Sequence[Effect],
+    own: Sequence[Effect],
+    progress: Progress,
+    out: Path | None,
+    seed: int,
+) -> Verdict:
+    begun = time.perf_counter()
     if progress:
         progress(0.02, "reading")
     case, notes = thin(model, case)
@@ -87,8 +102,8 @@ def diagnose(
     if progress:
         progress(0.9, "deciding")
     turned = opposed(model, case, ground.base, outcome.best, seed)
-    own = unused(effects or (), model, setting.additions)
-    notes = (*notes, *own, *marked(ground.series, ground.marks), *turned)
+    idle = unused(own, model, setting.additions)
+    notes = (*notes, *idle, *marked(ground.series, ground.marks), *turned)
     return conclude(setting, notes, ground.marks, ground.oddity, outcome, out, begun)
 
 

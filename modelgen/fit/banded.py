@@ -83,7 +83,7 @@ def through(a: Array, rows: Array) -> Array:
     turned = np.zeros((n, width))  # A R, its row i beginning with noise i − p − m
     for j in range(p + 1):
         turned[j:, p - j : width - j] += a[j] * rows[: n - j]
-    band = np.zeros((width, n))
+    band = np.zeros((width, n), order="F")
     dense = np.zeros((AT_ONCE + width - 1, AT_ONCE + 2 * width - 1))
     for i in range(0, n, AT_ONCE):  # dense products of a few rows with all that overlap with them
         some = turned[i : i + len(dense)]
@@ -113,13 +113,15 @@ def factor(a: Array, s2: float, more: Array, further: Array | None = None) -> Ar
 
     p, n = len(a) - 1, len(more)
     width = min(n, max(p + 1, 0 if further is None else len(further)))
-    band, rows = np.zeros((width, n)), np.full(n, further is not None)
-    band[0], rows[:p] = s2, True
+    band = np.zeros((width, n), order="F")  # as LAPACK and the fitters in C have it: none makes a copy
+    if further is not None:
+        band[: len(further)] = further
+    rows = np.full(n, further is not None)
+    band[0] += s2
+    rows[:p] = True
     first = s2 * (_first(a) - np.eye(p))
     for k in range(p):
         band[k, : p - k] += np.diagonal(first, -k)
-    if further is not None:
-        band[: len(further)] += further
     outer = np.stack([np.pad(a[k:] * a[: p + 1 - k], (0, k)) for k in range(p + 1)])
     for i in map(int, np.flatnonzero(more)):
         end = min(i + p + 1, n)
@@ -127,7 +129,12 @@ def factor(a: Array, s2: float, more: Array, further: Array | None = None) -> Ar
         rows[i:end] = True
     band[0, ~rows] = np.sqrt(s2)
     some = slice(None) if rows.all() else rows
-    band[:, some] = cholesky_banded(np.asfortranarray(band[:, some]), lower=True, overwrite_ab=True)
+    found = cholesky_banded(
+        np.asfortranarray(band[:, some]), lower=True, overwrite_ab=True, check_finite=False
+    )
+    if rows.all():
+        return np.asarray(found)
+    band[:, some] = found
     return band
 
 

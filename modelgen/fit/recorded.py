@@ -63,7 +63,7 @@ class Recorded:
         given |= {"re": w.weight.real, "im": w.weight.imag} if turned else {"re": self.weight}
         given |= {} if w.root is None else {"modes": w.root.modes.T, "less": w.root.less}
         given |= {} if w.ar is None else {"ar": w.ar, "undo": w.undo, "share": w.share}
-        given |= {} if w.ar is None or w.band is None else {"band": w.band.T}
+        given |= {} if w.ar is None or w.band is None else {"band": w.band.T, "reach": w.reach}
         return {n: np.ascontiguousarray(a) for n, a in given.items() if a is not None}
 
     @cached_property

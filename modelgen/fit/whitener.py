@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,13 @@ class Whitener:
     undo: Array | None = None
     band: Array | None = None
     slow: bool = False
+
+    @cached_property
+    def reach(self) -> Array:
+        """(n,) how far below the diagonal each column of `band` goes: where windows are narrow, not far."""
+        assert self.band is not None
+        upward = self.band[::-1] != 0
+        return np.asarray(len(self.band) - 1 - np.argmax(upward, axis=0), dtype=np.uintp)
 
     @property
     def order(self) -> int:
