@@ -103,3 +103,21 @@ def test_what_a_filter_takes_off_its_inverse_brings_back(a: tuple[float, ...]) -
     y = recursive(np.array(a), x)
     assert np.allclose(y, lfilter([1.0], a, x, axis=1), rtol=0, atol=1e-12)
     assert np.allclose(filtered(np.array(a), y), x, rtol=0, atol=1e-11)
+
+
+def test_errors_of_a_smoothed_path_are_whitened_over_their_whole_length() -> None:
+    """Smoothing reaches over hundreds of samples: what it leaves is slow, and must not pass for physics."""
+    rng = np.random.default_rng(7)
+    n, half = 6000, 120
+    smear = Smear(np.full(n, half), np.outer([0.5, 1.0, 0.3], np.ones(n)))
+    rows, errors = smears(smear, np.ones(n)), np.pad(rng.standard_normal(n), half)
+    e = rng.standard_normal(n) + np.sum(
+        rows * np.lib.stride_tricks.sliding_window_view(errors, 2 * half + 1), axis=1
+    )
+    level = np.sqrt(1 + np.sum(smear.by**2, axis=0))
+    allowed = Whitener(np.ones((1, n)) / level, share=1 / level, smear=smear)
+    (found,) = coloured([allowed], [e[None] / level], 0)
+    power = np.abs(np.fft.rfft(found.colour(e[None] / level)[0])) ** 2
+    slow = n // half
+    assert found.band is not None and np.all(found.reach[: n - 2 * half] == 2 * half)
+    assert 0.5 < power[1:slow].mean() / power[slow:].mean() < 2.0

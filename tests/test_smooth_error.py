@@ -11,7 +11,6 @@ import modelgen.models
 from modelgen.diagnose import diagnose
 from modelgen.diagnose.diagnosis import prepare, set_up
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
-from modelgen.diagnose.hypotheses.refit import plain_white
 from modelgen.diagnose.noise.replica import motion_matters, on, replicas, undeserved
 from modelgen.diagnose.noise.smooth_error import (
     SIZES,
@@ -23,7 +22,6 @@ from modelgen.diagnose.noise.smooth_error import (
     with_smooth,
 )
 from modelgen.effects import CATALOGUE
-from modelgen.fit.colour import coloured
 from modelgen.fit.series import signature_of
 from modelgen.fit.together import Together, smooth_modes
 from modelgen.fit.whitener import Whitener
@@ -176,17 +174,3 @@ def test_errors_together_are_whitened_by_their_modes(n: int, length: float, rms:
     seen = keep > 0
     part = np.linalg.inv(covariance[np.ix_(seen, seen)])
     assert np.allclose((masked.T @ masked)[np.ix_(seen, seen)], part, atol=1e-4 * (1 + rms**2))
-
-
-def test_errors_of_a_smoothed_path_are_whitened_over_their_whole_length(tmp_path: Path) -> None:
-    """Smoothing reaches over hundreds of samples: what it leaves is slow, and must not pass for physics."""
-    write_case(draw(11, kind="none", domain="force", noise="displacement"), tmp_path)
-    file = read_case_file(tmp_path / "case.toml")
-    model = modelgen.models.load(file.model)
-    ground = prepare(model, load_case(file, signature_of(model)), 0)
-    for w, e in zip(ground.judge.whiteners, plain_white(ground.base), strict=True):
-        (found,) = coloured([w], [e], 0)
-        assert w.smear is not None and found.band is not None and found.order == 0
-        power = np.abs(np.fft.rfft(found.colour(e)[0])) ** 2
-        slow = len(power) // int(np.max(w.smear.window))
-        assert 0.4 < power[1:slow].mean() / power[slow:].mean() < 2.5
