@@ -100,6 +100,16 @@ def test_a_noisy_end_of_a_band_is_noise(tmp_path: Path, seed: int) -> None:
     assert v.before.fit_over_noise < 1.1
 
 
+def dahl(t: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """The force [N] of spring, dashpot and Dahl friction at z(t) [mm]."""
+    r, F = 0.0, np.empty_like(z)
+    v = np.gradient(z, t)
+    for i, dz in enumerate(np.diff(z, prepend=z[0])):
+        r = np.sign(dz) + (r - np.sign(dz)) * np.exp(-2.0 * abs(dz))
+        F[i] = 0.4 * z[i] + 0.08 * v[i] + 0.09 * r + 1.4
+    return F
+
+
 @pytest.mark.slow
 def test_few_digits_are_no_physics(tmp_path: Path) -> None:
     """A staircase hardly scatters: its neighbours say nothing of how far it is from the truth."""
@@ -130,6 +140,21 @@ def test_steps_of_a_staircase_are_no_outliers() -> None:
     white = (x - seen)[None] / 1e-3  # the scatter between neighbours says nothing of the rounding
     assert outliers(white).any()
     assert not outliers(white, least=rounding(seen) / 1e-3).any()
+
+
+def test_a_coarse_converter_is_no_distortion(tmp_path: Path) -> None:
+    """Where a motion turns, rounding to eight times the noise is an error that stays, as far as a force."""
+    rng, text = np.random.default_rng(5), 'model = "modified_dahl"\n'
+    for k, (A, f) in enumerate(((3.0, 0.1), (0.6, 1.0))):
+        t = np.arange(0, 20, 4e-3)
+        z = A * np.sin(2 * np.pi * f * t)
+        F = dahl(t, z) + 1.2e-3 * rng.standard_normal(t.size)
+        rows = np.column_stack([t, np.round(z, 3), np.round(F / 9.8e-3) * 9.8e-3])
+        np.savetxt(tmp_path / f"r{k}.csv", rows, delimiter=",", header="t [s],z [mm],F_m [N]", comments="")
+        text += f'[[recording]]\nfile = "r{k}.csv"\nrole = "fit"\n'
+    (tmp_path / "case.toml").write_text(text)
+    v = diagnose(read_case(tmp_path / "case.toml"), load("modified_dahl"))
+    assert v.adequate, v.summary
 
 
 @pytest.mark.parametrize("size", [1.0, 1e2, 1e-3])

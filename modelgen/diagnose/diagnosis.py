@@ -26,6 +26,7 @@ from modelgen.diagnose.noise.floor import no_finer_than_rounded, parted, slanted
 from modelgen.diagnose.noise.glitches import bursts, by_chance, laid_open, rather
 from modelgen.diagnose.noise.noise import marked, masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
+from modelgen.diagnose.noise.staircase import rounded
 from modelgen.diagnose.noise.thin import thin
 from modelgen.diagnose.own_effects import check_effects, unknown_kinds, unused
 from modelgen.diagnose.search.search import search, white_judge
@@ -34,7 +35,7 @@ from modelgen.diagnose.whole_ports import whole
 from modelgen.effects import Effect
 from modelgen.fit.experiment import Experiment, experiment
 from modelgen.fit.motion import MotionError, allowing, motion_error
-from modelgen.fit.scatter import local_scatter, rounding, stands
+from modelgen.fit.scatter import local_scatter, rounding
 from modelgen.fit.series import Array, Series, make_series, sizes_of
 from modelgen.language import Model
 from modelgen.recordings import Case
@@ -141,7 +142,7 @@ def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> 
     if model.is_time_model:
         e = fit.hypothesis.experiment
         errors = [motion_error(e, case, r, fit.theta, k) for k, r in enumerate(case.fit)]
-        series = tuple(map(allowing, _levelled(series, fit, errors), errors))
+        series = rounded(tuple(map(allowing, _levelled(series, fit, errors), errors)), fit)
     ex = replace(fit.hypothesis.experiment, series=series)
     white = [s.whitener.apply(ex.raw(fit.theta, k)) for k, s in enumerate(series)]
     marks = tuple(seen) or _marks(judge, fit, ex)
@@ -218,10 +219,9 @@ def _levelled(
     series: Sequence[Series], fit: Fit, errors: Sequence[MotionError | None] = ()
 ) -> tuple[Series, ...]:
     """Where noise is not stated, its level is the scatter of the base's residual between neighbours, where
-    `errors` of a motion make little of it, and no less than the rounding of what was recorded in a few
-    samples, or in steps that last."""
+    `errors` of a motion make little of it, and of real values no less than the rounding of what was
+    recorded."""
     levelled = []
-    over_time = fit.hypothesis.experiment.model.is_time_model
     for k, (s, e) in enumerate(zip(series, fit.white, strict=True)):
         if s.stated or e.shape[1] < 8:
             levelled.append(s)
@@ -229,7 +229,7 @@ def _levelled(
         error = errors[k] if errors else None
         more = [None] * len(e) if error is None else list(s.whitener.weight * np.sqrt(error.variance))
         scatter = float(np.median([local_scatter(x, beside=m) for x, m in zip(e, more, strict=True)]))
-        if s.measure == "real" and (not over_time or all(map(stands, s.data))):
+        if s.measure == "real":
             own = [rounding(y) * float(np.median(w)) for y, w in zip(s.data, s.whitener.weight, strict=True)]
             scatter = max(scatter, float(np.median(own)))
         level = max(scatter, 1e-6)

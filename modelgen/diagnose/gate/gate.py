@@ -17,7 +17,7 @@ from modelgen.diagnose.gate.unlisted import best_unlisted, cheaper, refused, wit
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE
 from modelgen.diagnose.hypotheses.refit import Fit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting
-from modelgen.diagnose.noise.noise import FITS, first_order, fitful, modelled_output, standing_alone
+from modelgen.diagnose.noise.noise import FITS, first_order, fitful, modelled_output, standing_alone, tread
 from modelgen.diagnose.noise.recolour import CONTENDERS, GROSS_ESTIMATED, beyond, own_colour
 from modelgen.diagnose.search.claim import own_gain
 from modelgen.fit.scatter import local_scatter
@@ -72,7 +72,10 @@ def judge_adequacy(
     plain = plain_white(best)
     after, before = mean_square(plain), mean_square(plain_white(outcome.base))
     many = plain[0].shape[1] >= 8
-    scatter = float(np.mean([local_scatter(x) ** 2 for e in plain for x in e])) if many else 1.0
+    pairs = list(zip(setting.series, plain, strict=True))
+    scatter = (
+        float(np.mean([max(local_scatter(x), tread(s)) ** 2 for s, e in pairs for x in e])) if many else 1.0
+    )
     stated = all(s.stated for s in setting.series)
     gross = many and not _smooth(setting, outcome) and _gross(setting, plain, stated, float(np.sqrt(scatter)))
     left = leftover(setting.model, outcome.judge, best, sensitivities)
@@ -289,6 +292,7 @@ def _noise_words(setting: Setting, outcome: Outcome, after: float, stated: bool)
     elif colour:
         words += f", coloured (autoregressive, order up to {max(w.order for w in colour)})"
     if any(w.root is not None for w in outcome.judge.whiteners):
-        error = "errors of the recorded path" if setting.model.is_time_model else "a smooth calibration error"
+        path = "errors of the recorded path or of rounding"
+        error = path if setting.model.is_time_model else "a smooth calibration error"
         words += f", with {error} in its covariance"
     return words

@@ -9,6 +9,7 @@ import numpy as np
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.noise.noise import tread
 from modelgen.fit.colour import flattened
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
@@ -24,6 +25,8 @@ def _follows(model: Model, fit: Fit, grid: Array, width: float) -> Array:
     for s, name in ((s, name) for s in fit.hypothesis.experiment.series for name in sorted(moved)):
         t, z = s.inputs[model.axis], s.inputs[name]
         power = np.abs(np.fft.rfft((z - z.mean()) * np.hanning(s.n))) ** 2
+        if not power.max() > 0:  # a free decay: nothing drives it
+            continue
         f = np.arange(len(power)) * (s.n - 1) / float(t[-1] - t[0]) / s.n
         strong = f[power > 1e-3 * power.max()]
         for order in range(1, 10):
@@ -45,7 +48,8 @@ power."""
 
 
 def _far(fit: Fit) -> bool:
-    scatter = np.mean([local_scatter(x) ** 2 for e in fit.white for x in e])
+    pairs = zip(fit.hypothesis.experiment.series, fit.white, strict=True)
+    scatter = np.mean([max(local_scatter(x), tread(s)) ** 2 for s, e in pairs for x in e])
     return float(np.mean([np.mean(e**2) for e in fit.white])) > FAR**2 * max(1.0, float(scatter))
 
 

@@ -107,10 +107,18 @@ def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
     white = s.whitener.apply(e.raw(theta, k))
     if s.measure != "real" or not e.model.is_time_model:
         return outliers(white, modelled_output(e, theta, k))
+    return outliers(white, least=tread(s))
+
+
+def tread(s: Series) -> float:
+    """Rounding over noise of a record of real values that mostly stays where it was, 0 of others:
+    what the scatter between neighbours doesn't show."""
+    if s.measure != "real":
+        return 0.0
     steps = [
         rounding(y) * float(np.median(w)) for y, w in zip(s.data, s.whitener.weight, strict=True) if stands(y)
     ]
-    return outliers(white, least=max(steps, default=0.0))
+    return max(steps, default=0.0)
 
 
 FITS = 2.3

@@ -11,7 +11,7 @@ import numpy as np
 from modelgen.diagnose.hypotheses.evidence import bic, effective, settled
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, moving, plain_white, refine
 from modelgen.diagnose.hypotheses.setting import Setting
-from modelgen.diagnose.noise.noise import correlation_length, first_order, fitful, local_level
+from modelgen.diagnose.noise.noise import correlation_length, first_order, fitful, local_level, tread
 from modelgen.diagnose.noise.one_instrument import colours
 from modelgen.diagnose.noise.smooth_error import SIZES, quietness, smooth_error
 from modelgen.fit.scatter import local_scatter
@@ -176,7 +176,7 @@ def gross(s: Setting, white: Sequence[Array]) -> bool:
     )
     for x, e, q in zip(s.series, white, over, strict=True):
         used = e[e != 0] / q
-        rough = float(np.median([local_scatter(channel) for channel in e]))
+        rough = max(float(np.median([local_scatter(channel) for channel in e])), tread(x))
         told = x.stated or (s.model.is_time_model and fitful(e))
         limit = GROSS_STATED * beyond(rough) if told else GROSS_ESTIMATED
         large = used.size and float(np.sqrt(np.mean(used**2))) > limit
