@@ -18,7 +18,7 @@ from modelgen.diagnose.hypotheses.ranking import OUTSIDE
 from modelgen.diagnose.hypotheses.refit import Fit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting
 from modelgen.diagnose.noise.noise import FITS, first_order, fitful, modelled_output, standing_alone, tread
-from modelgen.diagnose.noise.recolour import CONTENDERS, GROSS_ESTIMATED, beyond, own_colour
+from modelgen.diagnose.noise.recolour import CONTENDERS, GROSS_ESTIMATED, beyond, own_colours
 from modelgen.diagnose.search.claim import own_gain
 from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
@@ -147,7 +147,7 @@ def _described(setting: Setting, outcome: Outcome) -> tuple[Fit, float] | None:
     rival = cheaper(outcome)
     if rival is None:
         return None
-    best, other = (own_colour(setting, outcome.judge, f) for f in (outcome.best, rival[0]))
+    best, other = own_colours(setting, outcome.judge, (outcome.best, rival[0]))
     count = len(outcome.best.ids)
     return rival if best - other > (ALARM * (1 - count) if count else CLOSE) else None
 

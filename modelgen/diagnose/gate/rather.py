@@ -14,7 +14,7 @@ import numpy as np
 from modelgen.diagnose.gate.unlisted import cheaper, is_unlisted, with_rivals
 from modelgen.diagnose.hypotheses.refit import refine
 from modelgen.diagnose.hypotheses.setting import Outcome, Setting
-from modelgen.diagnose.noise.recolour import own_colour
+from modelgen.diagnose.noise.recolour import own_colours
 from modelgen.diagnose.noise.smooth_error import quietness, smooth_error, with_smooth
 
 FIRST = 3
@@ -38,8 +38,9 @@ def rather_described(setting: Setting, outcome: Outcome) -> Outcome:
     rivals = sorted((f for f in seen.tried if is_unlisted(f)), key=lambda f: f.bic)[:FIRST]
     if not rivals:
         return outcome
-    first = min(rivals, key=lambda f: own_colour(setting, plain, f))
-    if own_colour(setting, plain, base) - own_colour(setting, plain, first) < RATHER:
+    alone, *prices = own_colours(setting, plain, [base, *rivals])
+    first = rivals[int(np.argmin(prices))]
+    if alone - min(prices) < RATHER:
         return outcome
     process = smooth_error(plain, first)[2]
     if process is not None:

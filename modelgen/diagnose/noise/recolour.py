@@ -80,7 +80,7 @@ def _likeliest(s: Setting, judge: Judge, fits: Sequence[Fit]) -> Fit:
     first = sorted(fits, key=lambda f: f.bic)[:CONTENDERS]
     if all(w.ar is None or len(w.ar) < 2 for w in judge.whiteners):
         return first[0]
-    return min(first, key=lambda f: own_colour(s, judge, f))
+    return first[int(np.argmin(own_colours(s, judge, first)))]
 
 
 def judged_anew(s: Setting, new: Judge, base: Fit, fits: Sequence[Fit]) -> tuple[Judge, Fit, list[Fit]]:
@@ -147,24 +147,38 @@ def near_smooth(s: Setting, judge: Judge, best: Fit, white: Sequence[Array]) -> 
     return largest < SIZES[-1] and smooth_error(judge, best)[2] is not None
 
 
-def own_colour(s: Setting, judge: Judge, f: Fit) -> float:
-    """BIC of a fit under the likeliest noise of its own residual: coloured along the samples, lone ones
+def own_colours(s: Setting, judge: Judge, fits: Sequence[Fit]) -> list[float]:
+    """BIC of each fit under the likeliest noise of its own residual: coloured along the samples, lone ones
     counting little, or in sweeps a smooth error of the instrument.
 
-    Colour many times as large as the independent noise is rare: −2 ln of its prior is twice its size.
+    A recording whose colour is no noise's by one of the fits has none by the others. Colour many times as
+    large as the independent noise is rare: −2 ln of its prior is twice its size.
     """
     plain = tuple(replace(w, ar=None) for w in judge.whiteners)
-    white = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(plain)]
-    own, _ = colours(s, plain, white)
-    innovations = [w.apply(f.hypothesis.experiment.raw(f.theta, k)) for k, w in enumerate(own)]
-    orders = sum(w.order for w in own)
-    size = max(float(np.sqrt(np.mean(e[e != 0] ** 2))) if np.any(e) else 0.0 for e in white)
+    raw = [[f.hypothesis.experiment.raw(f.theta, k) for k in range(len(plain))] for f in fits]
+    white = [[w.apply(e) for w, e in zip(plain, rows, strict=True)] for rows in raw]
+    found = [colours(s, plain, x) for x in white]
+    missed = [any(m) for m in zip(*(m for _, m in found), strict=True)]
+    prices = []
+    for f, rows, x, (filters, _) in zip(fits, raw, white, found, strict=True):
+        own = [v if m else w for v, w, m in zip(plain, filters, missed, strict=True)]
+        innovations = [w.apply(e) for w, e in zip(own, rows, strict=True)]
+        size = max(float(np.sqrt(np.mean(e[e != 0] ** 2))) if np.any(e) else 0.0 for e in x)
+        prices.append(_own_price(s, judge, f, innovations, sum(w.order for w in own), 2 * size))
+    return prices
+
+
+def _own_price(
+    s: Setting, judge: Judge, f: Fit, innovations: Sequence[Array], orders: int, rare: float
+) -> float:
+    """BIC of a fit by what filters of so many `orders` leave, and how `rare` they are; in sweeps or with a
+    smooth error in their place."""
     if s.model.is_time_model or any(x.measure == "real" for x in s.series):
-        return bic(innovations, judge.prior, f.parameters, orders, robust=True) + 2 * size
+        return bic(innovations, judge.prior, f.parameters, orders, robust=True) + rare
     smooth, gain, _ = smooth_error(judge, f)
     n = effective(innovations)
     level = float(np.sum(settled(np.concatenate([e.ravel() for e in innovations])))) / n
-    colour = n * float(np.log(level)) + (f.parameters + orders) * float(np.log(n)) + 2 * size
+    colour = n * float(np.log(level)) + (f.parameters + orders) * float(np.log(n)) + rare
     return min(smooth - gain, colour - 2 * f.hypothesis.log_common)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, Setting
 from modelgen.diagnose.noise.noise import FITS
-from modelgen.diagnose.noise.recolour import own_colour
+from modelgen.diagnose.noise.recolour import own_colours
 from modelgen.diagnose.noise.smooth_error import smooth_error
 
 WORTH = 0.9
@@ -79,7 +79,8 @@ def worse(s: Setting, old: Fit, new: Fit) -> bool:
 
 def own_gain(s: Setting, judge: Judge, old: Fit, new: Fit) -> float:
     """What `new` gains on `old`, each with its own colour of noise."""
-    return own_colour(s, judge, old) - own_colour(s, judge, new)
+    before, after = own_colours(s, judge, (old, new))
+    return before - after
 
 
 def hidden(s: Setting, judge: Judge, best: Fit, winner: Fit, depth: int) -> bool:
