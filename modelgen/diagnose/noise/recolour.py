@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from modelgen.diagnose.hypotheses.evidence import bic, effective, settled
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, moving, plain_white, refine
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, moving, plain_white, refine
 from modelgen.diagnose.hypotheses.setting import Setting
 from modelgen.diagnose.noise.noise import correlation_length, first_order, fitful, local_level, tread
 from modelgen.diagnose.noise.one_instrument import colours
@@ -72,6 +72,8 @@ def _uncoloured(
 
 CONTENDERS = 4
 """Fits whose own colours are compared."""
+NEAREST = 2
+"""And of those nearest to the recordings as they are, where what a colour hides is slow."""
 
 
 def _likeliest(s: Setting, judge: Judge, fits: Sequence[Fit]) -> Fit:
@@ -80,6 +82,8 @@ def _likeliest(s: Setting, judge: Judge, fits: Sequence[Fit]) -> Fit:
     first = sorted(fits, key=lambda f: f.bic)[:CONTENDERS]
     if all(w.ar is None or len(w.ar) < 2 for w in judge.whiteners):
         return first[0]
+    if s.model.is_time_model:
+        first += [f for f in sorted(fits, key=misfit)[:NEAREST] if all(f is not x for x in first)]
     return first[int(np.argmin(own_colours(s, judge, first)))]
 
 
