@@ -86,3 +86,30 @@ def test_bursts_are_no_noise() -> None:
     again = e + 20.0 * (np.arange(4000) % 500 < 12)
     once = e + 20.0 * (np.abs(np.arange(4000) - 900) < 12)
     assert fitful(again[None]) and not fitful(once[None])
+
+
+@pytest.mark.slow
+def test_a_flat_spectrum_of_relaxation_is_creep_or_structural_damping(tmp_path: Path) -> None:
+    """Relaxation times of all lengths alike: a loss of the same share in each cycle, and creep by the
+    logarithm of time. It is one law, and no recording tells its two names apart."""
+    rng, text = np.random.default_rng(3), 'model = "modified_dahl"\n[noise]\nF_m = 1.85e-3\n'
+    dt, rates = 4e-3, 2 * np.pi * np.geomspace(2e-3, 400, 54)
+    for k, (lo, hi) in enumerate(((0.1, 1.0), (0.5, 8.0))):
+        t = np.arange(0, 16, dt)
+        z = 0.6 * np.sin(2 * np.pi * (lo * t + (hi - lo) * t**2 / 2 / t[-1]))
+        arms, r, F, v = np.zeros(len(rates)), 0.0, np.empty_like(t), np.gradient(z, t)
+        for i, dz in enumerate(np.diff(z, prepend=z[0])):
+            decay = np.exp(-rates * dt)
+            arms = arms * decay + dz * (1 - decay) / (rates * dt)
+            r = np.sign(dz) + (r - np.sign(dz)) * np.exp(-2.0 * abs(dz))
+            F[i] = 0.4 * z[i] + 0.02 * v[i] + 0.09 * r + 0.005 * np.sum(arms)
+        F += 1.85e-3 * rng.standard_normal(t.size)
+        rows = np.column_stack([t, z, F])
+        np.savetxt(tmp_path / f"r{k}.csv", rows, delimiter=",", header="t [s],z [mm],F_m [N]", comments="")
+        text += f'[[recording]]\nfile = "r{k}.csv"\nrole = "fit"\n'
+    (tmp_path / "case.toml").write_text(text)
+    found = diagnose(read_case(tmp_path / "case.toml"), load("modified_dahl"))
+    first = found.effects[0]
+    assert {first.id, *first.equivalents} >= {"structural_damping", "power_law_viscoelasticity"}, (
+        found.summary
+    )

@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +13,8 @@ from modelgen.api import read_case
 from modelgen.diagnose import diagnose
 from modelgen.diagnose.hypotheses.setting import Setting
 from modelgen.diagnose.noise.one_instrument import colours
+from modelgen.diagnose.noise.recolour import own_colours
+from modelgen.diagnose.search.search import white_judge
 from modelgen.fit.series import make_series
 from modelgen.models import load
 from modelgen.recordings import Case, Recording
@@ -94,3 +98,23 @@ def test_a_long_memory_of_the_noise_is_no_physics(tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(text)
     found = diagnose(read_case(tmp_path / "case.toml"), model)
     assert found.adequate, found.summary
+
+
+def test_what_one_account_shows_to_be_no_noise_is_none_under_the_other() -> None:
+    """The better account shows that the instrument's noise is white; the poorer one, coloured in both
+    recordings, may not call what it misses noise."""
+    s = two_recordings((0.01, 0.01))
+    judge = white_judge(s.series)
+
+    def account(*residuals: np.ndarray) -> Any:
+        e = [x / w.weight for x, w in zip(residuals, judge.whiteners, strict=True)]
+        experiment = SimpleNamespace(raw=lambda theta, k: e[k])
+        return SimpleNamespace(hypothesis=SimpleNamespace(experiment=experiment), theta=None, parameters=4)
+
+    poor = account(noise(0.6, 1), noise(0.97, 2) * 1.2)
+    better = account(noise(0.0, 3), noise(0.97, 2))
+    apart = [own_colours(s, judge, [x])[0] for x in (poor, better)]
+    together = own_colours(s, judge, [poor, better])
+    assert apart[0] < apart[1]
+    assert together[1] == apart[1]
+    assert together[0] > together[1] + 10

@@ -3,7 +3,10 @@
 In time, memories with many relaxation times are ladders of Maxwell arms (see `ladder`).
 """
 
+from dataclasses import replace
+
 from modelgen.effects.effect import (
+    Apply,
     Effect,
     Shape,
     Strength,
@@ -109,6 +112,12 @@ structural_damping = Effect(
     common=2.0,
 )
 
+CAUSAL = (
+    "the material loses nearly the same share of its energy in each cycle, however fast, as relaxation times "
+    "of all lengths alike make it: its stiffness must then grow with ln(jω)"
+)
+hysteretic = replace(log_creep, id="structural_damping", says=CAUSAL)
+
 # -- time domain ---------------------------------------------------------------------------------------------
 
 
@@ -153,9 +162,14 @@ maxwell_force = Effect(
 )
 
 
-def _log_creep_force(model: Model, port: Port, p: Values) -> Model:
-    arms = Ladder("log_creep", unit_omega(model), port, before=BEFORE)
-    return arms.add(p["C_ln"] * arms.logarithm(), "force of logarithmic creep")
+def _log_creep_force(id: str) -> Apply:
+    before = past(id)
+
+    def apply(model: Model, port: Port, p: Values) -> Model:
+        arms = Ladder("log_creep", unit_omega(model), port, before=before)
+        return arms.add(p["C_ln"] * arms.logarithm(), "force of logarithmic creep")
+
+    return apply
 
 
 log_creep_force = Effect(
@@ -164,9 +178,17 @@ log_creep_force = Effect(
     log_creep.says,
     BIOT,
     (Strength("C_ln", "{port}/{z}", text=LN),),
-    _log_creep_force,
+    _log_creep_force("power_law_viscoelasticity"),
     needs=MEMORY,
     common=2.0,
+)
+
+
+hysteretic_force = replace(
+    log_creep_force,
+    id="structural_damping",
+    says=CAUSAL,
+    apply=_log_creep_force("structural_damping"),
 )
 
 
@@ -219,7 +241,7 @@ structural_quadrature = Effect(
 )
 
 EFFECTS = (
-    structural_quadrature,
+    structural_quadrature, hysteretic, hysteretic_force,
     power_law_viscoelasticity, log_creep,
     relaxing_springpot, maxwell_branch, structural_damping,
     power_law_force, maxwell_force, log_creep_force, relaxing_springpot_force, structural_spring,
