@@ -17,10 +17,9 @@ from modelgen.diagnose.gate.unlisted import best_unlisted, cheaper, refused, wit
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE
 from modelgen.diagnose.hypotheses.refit import Fit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting
-from modelgen.diagnose.noise.noise import FITS, first_order, fitful, modelled_output, standing_alone, tread
+from modelgen.diagnose.noise.noise import FITS, first_order, fitful, modelled_output, scatter, standing_alone
 from modelgen.diagnose.noise.recolour import CONTENDERS, GROSS_ESTIMATED, beyond, own_colours
 from modelgen.diagnose.search.claim import own_gain
-from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
 
 LEFT = 20.0
@@ -72,19 +71,17 @@ def judge_adequacy(
     plain = plain_white(best)
     after, before = mean_square(plain), mean_square(plain_white(outcome.base))
     many = plain[0].shape[1] >= 8
-    pairs = list(zip(setting.series, plain, strict=True))
-    scatter = (
-        float(np.mean([max(local_scatter(x), tread(s)) ** 2 for s, e in pairs for x in e])) if many else 1.0
-    )
+    pairs = zip(setting.series, plain, strict=True)
+    rough = float(np.mean([scatter(s, x) ** 2 for s, e in pairs for x in e])) if many else 1.0
     stated = all(s.stated for s in setting.series)
-    gross = many and not _smooth(setting, outcome) and _gross(setting, plain, stated, float(np.sqrt(scatter)))
+    gross = many and not _smooth(setting, outcome) and _gross(setting, plain, stated, float(np.sqrt(rough)))
     left = leftover(setting.model, outcome.judge, best, sensitivities)
     if setting.model.is_time_model and any(s.whitener.root is not None for s in setting.series):
-        left = replace(left, gain=left.gain * min(1.0, after))  # what is allowed for a path tells no level
+        left = replace(left, gain=left.gain * min(1.0, after))  # what is allowed for tells no level
     if not setting.model.is_time_model and not best.hypothesis.added:
         left = left if left.gain > _gained_by_refused(setting, outcome) else replace(left, gain=0.0)
     far = left.gain > LEFT or gross or outcome.judge.temper > 1.0
-    floor = _floor(after, scatter, sum(e.size for e in plain), stated, far)
+    floor = _floor(after, rough, sum(e.size for e in plain), stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
     unknown = _unexplained(outcome, left, gross, explained) and not _better_named(
         setting, outcome, sensitivities, explained
@@ -111,7 +108,7 @@ def judge_adequacy(
     fit = rival[0] if rival is not None and other is None else None
     if fit is not None:  # what the description leaves, and not what it explains, is noise
         rest = mean_square(plain_white(fit))
-        floor = min(floor, _floor(rest, scatter, sum(e.size for e in plain), stated, False))
+        floor = min(floor, _floor(rest, rough, sum(e.size for e in plain), stated, False))
     tied = None
     if rival is not None and fit is not None and best.hypothesis.added:
         odds = float(np.exp(min(rival[1], 60.0) / (2 * TEMPER)))

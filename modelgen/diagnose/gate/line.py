@@ -9,9 +9,8 @@ import numpy as np
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
-from modelgen.diagnose.noise.noise import tread
+from modelgen.diagnose.noise.noise import scatter
 from modelgen.fit.colour import flattened
-from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
 from modelgen.language import Model
 
@@ -49,8 +48,8 @@ power."""
 
 def _far(fit: Fit) -> bool:
     pairs = zip(fit.hypothesis.experiment.series, fit.white, strict=True)
-    scatter = np.mean([max(local_scatter(x), tread(s)) ** 2 for s, e in pairs for x in e])
-    return float(np.mean([np.mean(e**2) for e in fit.white])) > FAR**2 * max(1.0, float(scatter))
+    rough = np.mean([scatter(s, x) ** 2 for s, e in pairs for x in e])
+    return float(np.mean([np.mean(e**2) for e in fit.white])) > FAR**2 * max(1.0, float(rough))
 
 
 def _share(series: Sequence[tuple[Array, Array]], f: float) -> float:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from modelgen.fit.experiment import Experiment
-from modelgen.fit.scatter import rounding, stands
+from modelgen.fit.scatter import local_scatter, rounding, stands
 from modelgen.fit.series import Array, Series
 
 GROSS = 6.0
@@ -108,6 +108,12 @@ def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
     if s.measure != "real" or not e.model.is_time_model:
         return outliers(white, modelled_output(e, theta, k))
     return outliers(white, least=tread(s))
+
+
+def scatter(s: Series, x: Array) -> float:
+    """Standard deviation of the independent part of whitened residuals x (n,) of a record: what neighbours
+    differ by, and no less than the rounding where it stays on the same steps."""
+    return max(local_scatter(x), tread(s))
 
 
 def tread(s: Series) -> float:

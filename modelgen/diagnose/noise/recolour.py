@@ -11,10 +11,9 @@ import numpy as np
 from modelgen.diagnose.hypotheses.evidence import bic, effective, settled
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, moving, plain_white, refine
 from modelgen.diagnose.hypotheses.setting import Setting
-from modelgen.diagnose.noise.noise import correlation_length, first_order, fitful, local_level, tread
+from modelgen.diagnose.noise.noise import correlation_length, first_order, fitful, local_level, scatter
 from modelgen.diagnose.noise.one_instrument import colours
 from modelgen.diagnose.noise.smooth_error import SIZES, quietness, smooth_error
-from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array
 
 GROSS_STATED, GROSS_ESTIMATED = 3.0, 8.0
@@ -194,7 +193,7 @@ def gross(s: Setting, white: Sequence[Array]) -> bool:
     )
     for x, e, q in zip(s.series, white, over, strict=True):
         used = e[e != 0] / q
-        rough = max(float(np.median([local_scatter(channel) for channel in e])), tread(x))
+        rough = float(np.median([scatter(x, channel) for channel in e]))
         told = x.stated or (s.model.is_time_model and fitful(e))
         limit = GROSS_STATED * beyond(rough) if told else GROSS_ESTIMATED
         large = used.size and float(np.sqrt(np.mean(used**2))) > limit

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modelgen.diagnose.hypotheses.refit import Fit, plain_white
-from modelgen.diagnose.noise.noise import tread
-from modelgen.fit.scatter import local_scatter
+from modelgen.diagnose.noise.noise import scatter
 
 BENT = 1.1
 """Residuals this many times the scatter between neighbours: the first orders of a
@@ -18,10 +17,5 @@ FEWEST = 15
 def beyond_scatter(f: Fit) -> float:
     """How many times as large as the scatter between neighbours a fit's residuals are."""
     pairs = zip(f.hypothesis.experiment.series, plain_white(f), strict=True)
-    over = [
-        float(np.mean(x**2)) / max(local_scatter(x), tread(s)) ** 2
-        for s, e in pairs
-        for x in e
-        if x.size > FEWEST
-    ]
+    over = [float(np.mean(x**2)) / scatter(s, x) ** 2 for s, e in pairs for x in e if x.size > FEWEST]
     return float(np.sqrt(np.mean(over))) if over else 1.0

@@ -30,12 +30,11 @@ def grow(
 ) -> list[Fit]:
     """Hypotheses with one effect more than those of the beam, fitted."""
     chosen = _promising(s, base, judge, beam, scores)
-    if s.model.is_time_model and any(w.ar is not None for w in judge.whiteners) and len(beam[0].ids) == 1:
-        for key, grown in _uncoloured(s, base, judge, beam[0], scores).items():
-            chosen.setdefault(key, grown)
     if beam and len(beam[0].ids) == 1:
-        for key, grown in _companions(beam if s.cheap else beam[:1], first).items():
-            chosen.setdefault(key, grown)
+        more = _companions(beam if s.cheap else beam[:1], first)
+        if s.model.is_time_model and any(w.ar is not None for w in judge.whiteners):
+            more = more | _uncoloured(s, base, judge, beam[0], scores)
+        chosen = chosen | {key: grown for key, grown in more.items() if key not in chosen}
     made = make_hypotheses(
         s.model, s.case, s.series, [(*g.fit.hypothesis.added, g.addition) for g in chosen.values()]
     )
