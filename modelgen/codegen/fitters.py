@@ -76,8 +76,8 @@ class Swarm(ctypes.Structure):
 _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "mg_fit_normal": (_DOUBLE, (_POINTER, _SIZE, _SIZE, _POINTER, _POINTER, _POINTER)),
     "mg_fit_values": (None, (_POINTER, _SIZE, _SIZE, _SIZE, _POINTER, _POINTER)),
-    "mg_noise_residuals": (None, (_POINTER, _SIZE, _POINTER, _POINTER)),
-    "mg_noise_columns": (None, (_POINTER, _SIZE, _POINTER, _POINTER, _SIZE, _SIZE, _POINTER)),
+    "mg_noise_residuals": (None, (_POINTER, *[_SIZE] * 3, _POINTER, _SIZE, _POINTER)),
+    "mg_noise_columns": (None, (_POINTER, *[_SIZE] * 3, _POINTER, _POINTER, _SIZE, _SIZE, _POINTER)),
     "mg_lm_place": (None, (_POINTER, _SIZE, _POINTER, _POINTER, _POINTER)),
     "mg_lm_begin": (_INT, (_POINTER, _DOUBLE)),
     "mg_lm_propose": (_INT, (_POINTER,)),

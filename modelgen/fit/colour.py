@@ -11,11 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
 from modelgen.fit.banded import factor, smears, through
-from modelgen.fit.whitener import Array, Whitener
+from modelgen.fit.whitener import Array, Smear, Whitener
 
 UNBELIEVED = 1e8
 """Variance of a sample that weighs nothing."""
@@ -162,15 +163,23 @@ def _coloured(w: Whitener, white: Array, most: int, slow: bool) -> tuple[Whitene
         undo = np.where(used, share, 1.0)
         own = autoregression(white / undo, most, share)
         early = replace(plain, undo=undo)
-        rows = smears(w.smear, np.mean(np.abs(w.weight), axis=0) / undo)
+        weight = np.mean(np.abs(w.weight), axis=0) / undo
         for a in [np.ones(1), own][: 2 if len(own) > 1 else 1]:
-            more = through(a, rows)
+            more = (
+                through(a, smears(w.smear, weight)) if len(a) > 1 else _unfiltered(w.smear, weight.tobytes())
+            )
             for level in LEVELS:
                 tried.append((_banded(early, white / undo, a, share, used, level * more), len(a) - 1))
     n = int(used.sum()) * len(white)
     price = [n * np.log(np.sum(v.colour(white) ** 2)) + p * np.log(n) for v, p in tried]
     best = int(np.argmin(price))
     return tried[best][0], float(price[best])
+
+
+@lru_cache(maxsize=4)
+def _unfiltered(smear: Smear, weight: bytes) -> Array:
+    """What smoothed errors make of an output of this `weight` (n,): a search asks for the same many times."""
+    return through(np.ones(1), smears(smear, np.frombuffer(weight)))
 
 
 def _falling(w: Whitener, x: Array, used: Array) -> Whitener:

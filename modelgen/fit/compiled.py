@@ -90,9 +90,8 @@ class Compiled:
         begun, (table, keep) = thread_time(), self.tables(apart=True)
         rows = np.ascontiguousarray(np.atleast_2d(theta), dtype=float)
         found = np.empty((len(rows), sum(r.size for r in self.recordings)))
-        call, of = library().mg_noise_residuals, (ctypes.addressof(table), len(table))
-        for at, to in zip(_rows(rows), _rows(found), strict=True):
-            call(*of, at, to)
+        of = ctypes.addressof(table), len(table), *rows.shape, address(rows)
+        library().mg_noise_residuals(*of, found.shape[1], address(found))
         del keep
         self._worked(begun)
         return found.reshape(*np.shape(theta)[:-1], -1)
@@ -104,9 +103,8 @@ class Compiled:
         rows = np.ascontiguousarray(np.atleast_2d(theta), dtype=float)
         which = np.array(wanted, dtype=np.int64)
         found = np.empty((len(rows), len(which), sum(r.size for r in self.recordings)))
-        call, of, to = library().mg_noise_columns, (ctypes.addressof(table), len(table)), _rows(found)
-        for k, at in enumerate(_rows(rows)):
-            call(*of, at, address(which), *found.shape[1:], to[k])
+        of = ctypes.addressof(table), len(table), *rows.shape, address(rows)
+        library().mg_noise_columns(*of, address(which), *found.shape[1:], address(found))
         del keep
         self._worked(begun)
         return np.moveaxis(found.reshape(*np.shape(theta)[:-1], *found.shape[1:]), -1, -2)
@@ -170,12 +168,6 @@ class Compiled:
         places = [np.where(r.place == index, -1, r.place - (r.place > index)) for r in self.recordings]
         moved = (replace(r, place=p, held=h) for r, p, h in zip(self.recordings, places, held, strict=True))
         return Compiled(tuple(moved), self.size - 1)
-
-
-def _rows(array: Array) -> list[int]:
-    """Where each row of an array in one piece begins."""
-    first, step = address(array), array[0].nbytes if len(array) else 0
-    return [first + k * step for k in range(len(array))]
 
 
 def compiled(

@@ -8,8 +8,9 @@ judged, colour included.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -79,6 +80,7 @@ def _in_frequency(
     axis = e.model.axis
     f = np.concatenate([s.inputs[axis] for s in e.series])
     n = effective(fit.white)
+    before = cache(lambda: _coloured(judge, fit.white, COLOUR_SWEEP))
     found = []
     for port, slope in sensitivities.items():
         atoms, places = _resonances(f)
@@ -98,7 +100,7 @@ def _in_frequency(
             price = 2.0 * count * np.log(len(places))
             gain, chi2, left = _gain(tangent, columns[:, chosen], n, price)
             if gain > max(best.gain, CHECKED):  # coloured noise has peaks, too
-                own = _own_colours(judge, fit.white, left, COLOUR_SWEEP)
+                own = before() - _coloured(judge, _parted(left, fit.white), COLOUR_SWEEP)
                 gain = min(gain, own - len(chosen) * float(np.log(n)) - price)
             if gain > best.gain:
                 at = tuple(places[c // 2] for c in chosen[::2])
@@ -150,19 +152,21 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
     names = {i.derived[0]: i.name for i in model.inputs if i.derived}
     moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), "")
     found = [line(model, fit, n)]
+    before = cache(lambda: _coloured(plain, fit.white, COLOUR_TIME))
     if not moved:
         found[0] = replace(found[0], port=found[0].port if found[0].says else "")
         for at, group, words, felt in felt_terms(fit, plain):
-            best = _best_of(tangent, felt, plain, fit.white, at.name, words, group)
+            best = _best_of(tangent, felt, plain, fit.white, before, at.name, words, group)
             found.append(replace(best, terms=(group, 0)))
     for says, port, make in groups() if moved else ():
         blocks = []
         for k, s in enumerate(e.series):
             force = e.raw(fit.theta, k)[0] + s.data[0]
             z, v = scaled(s.inputs[moved]), scaled_speed(s.inputs[names["rate"]])
-            columns = np.stack(list(make(z, v, s.inputs[model.axis], scaled(force))))
-            blocks.append(plain.whiteners[k].apply(columns[None])[0].T)
-        found.append(_best_of(tangent, np.concatenate(blocks), plain, fit.white, port, says, make.__name__))
+            terms = np.stack(list(make(z, v, s.inputs[model.axis], scaled(force))))
+            blocks.append(plain.whiteners[k].apply(terms[None])[0].T)
+        columns = np.concatenate(blocks)
+        found.append(_best_of(tangent, columns, plain, fit.white, before, port, says, make.__name__))
     return found
 
 
@@ -176,12 +180,13 @@ def _best_of(
     columns: Array,
     judge: Judge,
     white: Sequence[Array],
+    before: Callable[[], float],
     port: str,
     says: str,
     group: str,
 ) -> Leftover:
     """The gain of a group of terms, all at once or the best few neighbours of them; checked with colours of
-    their own."""
+    their own, where it was likely as `before` says."""
     size, n, few = columns.shape[1], effective(white), TOGETHER.get(group, 0)
     sets = [list(range(size))] if not few else [list(range(k, k + few)) for k in range(0, size, few)]
     price = 2 * float(np.log(len(sets)))
@@ -190,7 +195,8 @@ def _best_of(
     best = max(range(len(tried)), key=lambda k: tried[k][0])
     gain, chi2, rest, count = tried[best]
     if gain > CHECKED:
-        gain = min(gain, _own_colours(judge, white, rest, COLOUR_TIME) - count * float(np.log(n)) - price)
+        alone = before() - _coloured(judge, _parted(rest, white), COLOUR_TIME)
+        gain = min(gain, alone - count * float(np.log(n)) - price)
     return Leftover(float(gain), chi2, port, says, (group, best))
 
 
@@ -206,18 +212,17 @@ def _own(prior: Sequence[Level], white: Sequence[Array]) -> Array | None:
     return np.concatenate([x.ravel() for x in shares])
 
 
-def _own_colours(judge: Judge, white: Sequence[Array], rest: Array, order: int) -> float:
-    """2 Δ ln L of a residual `white` against what is left of it (`rest`, joined), each with a colour of its
-    own, up to `order`."""
-    total, at = 0.0, 0
-    for w, p, x in zip(judge.whiteners, judge.prior, white, strict=True):
-        y = rest[at : at + x.size].reshape(x.shape)
-        at += x.size
-        parts = []
-        for z in (x, y):
-            own = coloured([replace(w, ar=None)], [z], order, slow=order == COLOUR_TIME)[0]
-            square = own.colour(z) ** 2 * (z != 0)
-            price = own.order * float(np.log(max(int(np.count_nonzero(z)), 2)))
-            parts.append(profiled(square, p.own) + price)
-        total += parts[0] - parts[1]
+def _coloured(judge: Judge, residuals: Sequence[Array], order: int) -> float:
+    """−2 ln of the likelihood of `residuals`, each with a colour of its own, up to `order`."""
+    total = 0.0
+    for w, p, e in zip(judge.whiteners, judge.prior, residuals, strict=True):
+        own = coloured([replace(w, ar=None)], [e], order, slow=order == COLOUR_TIME)[0]
+        square = own.colour(e) ** 2 * (e != 0)
+        total += profiled(square, p.own) + own.order * float(np.log(max(int(np.count_nonzero(e)), 2)))
     return total
+
+
+def _parted(joined: Array, like: Sequence[Array]) -> list[Array]:
+    """Residuals of each recording, with channels as in `like`, from those of all."""
+    ends = np.cumsum([e.size for e in like])[:-1]
+    return [x.reshape(e.shape) for x, e in zip(np.split(joined, ends), like, strict=True)]

@@ -18,6 +18,8 @@ from modelgen.fit.whitener import Array, Whitener
 
 SPRINT = 12
 """Steps after which descents from several starts are compared."""
+HEAT, CROWD, SHARE = 3, 16, 5
+"""Of more starts than CROWD, that many or every fifth (SHARE), whichever are more, go on after HEAT steps."""
 LONG = 100
 SETTLED, FINE = 1e-6, 1e-8
 """Relative decrease of r·r in a step at which descents end in records of thousands of samples; elsewhere, and
@@ -95,12 +97,19 @@ class Judge:
         running = [x for x in begun if np.all(np.isfinite(x))]
         ends: list[tuple[float, Array]] = []
         if (len(running) > 1 or worth < np.inf) and iterations > SPRINT:
-            ends = self._descents(h, running, SPRINT)
+            ends = self._sprinted(h, running)
             if self._lost(h, ends):
                 ends += self._descents(h, self._eased(h, running), SPRINT)
             running = [x for value, x in _leading(ends, few) if value <= worth]
         ends = self._descents(h, running, iterations) or ends
         return self.look(h, min(ends, key=lambda e: e[0])[1] if ends else begun[0])
+
+    def _sprinted(self, h: Hypothesis, starts: Sequence[Array]) -> list[tuple[float, Array]]:
+        """(r·r, θ) where the first steps from `starts` lead, of a crowd those of the best after a few."""
+        if len(starts) > CROWD:
+            ends = sorted(self._descents(h, starts, HEAT), key=lambda e: e[0])
+            starts = [x for _, x in ends[: max(CROWD, len(ends) // SHARE)]]
+        return self._descents(h, starts, SPRINT)
 
     def _lost(self, h: Hypothesis, ends: Sequence[tuple[float, Array]]) -> bool:
         """Whether descents under a covariance ended far from noise."""
@@ -111,7 +120,7 @@ class Judge:
         """Where descents lead as if all errors were independent: how far a start is wrong, a smooth error in
         the covariance hides, and a search gets lost."""
         plain = replace(self, whiteners=tuple(replace(w, root=None, ar=None) for w in self.whiteners))
-        ends = _leading(plain._descents(h, starts, SPRINT), EASED)
+        ends = _leading(plain._sprinted(h, starts), EASED)
         return [x for _, x in _leading(plain._descents(h, [x for _, x in ends], LONG), EASED)]
 
     def _descents(self, h: Hypothesis, starts: Sequence[Array], iterations: int) -> list[tuple[float, Array]]:

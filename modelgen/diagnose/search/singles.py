@@ -37,6 +37,9 @@ def screened(
             tangent = Tangent.of(*judge.tangent(away))
             there = [score(h, base.hypothesis, away.theta, tangent, judge.whiteners, 1) for h in singles]
             fits = better_of(fits, _refit_singles(s, away, judge, there))
+    if s.cheap and not s.model.is_time_model:
+        fits = _crossed(base, judge, _afresh(base, judge, fits))
+    fits = [_unhooked(judge, f) if k < s.beam else f for k, f in enumerate(sorted(fits, key=lambda f: f.bic))]
     gained = {f.hypothesis.key for f in fits if base.bic - f.bic > ALARM}
     return [replace(x, blind=x.blind and x.hypothesis.key not in gained) for x in scores], fits
 
@@ -64,11 +67,11 @@ def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score])
         fits.append(judge.fit(x.hypothesis, starts))
     if s.cheap and not s.model.is_time_model:
         fits = _beside(base, judge, seen, _scouted(base, judge, seen, fits))
-        fits = _crossed(base, judge, _afresh(base, judge, seen, fits))
-    fits.sort(key=lambda f: f.bic)
-    return [_unhooked(judge, f) if k < s.beam else f for k, f in enumerate(fits)]
+    return fits
 
 
+HOPE = 2.0
+"""Times the χ² of a fit that is there, which descents from elsewhere must reach in their first steps."""
 SOME, EVERY = 24, 1000
 """Places where a resonance may lie from which descents start."""
 FAINT = 0.1
@@ -88,7 +91,7 @@ def _scouted(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]
         starts = [x.hypothesis.place(base.hypothesis, base.theta, v) for v in places]
         if f.chi2 > base.chi2:
             starts += [_faint(x, base, v) for _, v in x.starts]
-        other = judge.fit(x.hypothesis, starts, few=SCOUTS) if starts else f
+        other = judge.fit(x.hypothesis, starts, worth=HOPE * f.chi2, few=SCOUTS) if starts else f
         found.append(min((f, other), key=lambda f: f.bic))
     return found
 
@@ -107,7 +110,8 @@ def _beside(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit])
             h = x.hypothesis
             again = score(h, base.hypothesis, there.theta, tangent, judge.whiteners, SCOUTS)
             starts = [h.place(base.hypothesis, there.theta, v) for _, v in again.starts]
-            f = min([f, judge.fit(h, starts, few=SCOUTS)] if starts else [f], key=lambda f: f.bic)
+            other = judge.fit(h, starts, worth=HOPE * f.chi2, few=SCOUTS) if starts else f
+            f = min((f, other), key=lambda f: f.bic)
         found.append(f)
     return found
 
@@ -118,7 +122,7 @@ DECADES, FRESH = 2.0, 32
 """… and descents start all over, from so many points that lie within so many decades of its defaults."""
 
 
-def _afresh(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]) -> list[Fit]:
+def _afresh(base: Fit, judge: Judge, fits: Sequence[Fit]) -> list[Fit]:
     """`fits` of sweeps, where none is near the recordings again from all over the parameters' range: what an
     effect as large as the base itself has bent, no descent brings back."""
     best = min(fits, key=lambda f: f.chi2, default=base)
@@ -127,13 +131,13 @@ def _afresh(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit])
     h, rng = base.hypothesis, np.random.default_rng(0)
     defaults = base_starts(h, 0, 1)[0]
     found = []
-    for x, f in zip(seen, fits, strict=True):
-        grid, span = x.addition.grid(), np.log(10.0) * DECADES
+    for f in fits:
+        grid, span = f.hypothesis.added[-1].grid(), np.log(10.0) * DECADES
         starts = [
-            x.hypothesis.place(h, defaults * np.exp(rng.uniform(-span, span, len(defaults))), own)
+            f.hypothesis.place(h, defaults * np.exp(rng.uniform(-span, span, len(defaults))), own)
             for own in (grid[k] for k in rng.integers(len(grid), size=FRESH))
         ]
-        found.append(min(f, judge.fit(x.hypothesis, starts), key=lambda f: f.bic))
+        found.append(min(f, judge.fit(f.hypothesis, starts, worth=HOPE * f.chi2), key=lambda f: f.bic))
     return found
 
 
