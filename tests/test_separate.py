@@ -60,7 +60,7 @@ def fitted(setting: Setting, judge: Judge, base: Fit, hypotheses: list[Hypothesi
         strength = h.added[0].strengths[0]
         starts = [
             h.place(base.hypothesis, base.theta, {strength: s, **g})
-            for g in h.added[0].grid()
+            for g in h.added[0].grid
             for s in (1e-3, 1e-1, 10.0)
         ]
         fits.append(judge.fit(h, starts))

@@ -125,11 +125,18 @@ def coloured(
     own = [_coloured(w, x, most, slow) for w, x in zip(whiteners, white, strict=True)]
     if slow or most < 1 or len(white) < 2 or min(x.shape[1] for x in white) < FEWEST:
         return tuple(w for w, _ in own)
-    longest = _longest(min(x.shape[1] for x in white))
-    shared = min(
-        (_shared(whiteners, white, rho) for rho in SHARED if rho < longest), key=lambda found: found[1]
-    )
+    found = [_shared(whiteners, white, rho) for rho in _near(white)]
+    shared = min(found, key=lambda found: found[1])
     return shared[0] if shared[1] < sum(price for _, price in own) else tuple(w for w, _ in own)
+
+
+def _near(white: Sequence[Array]) -> list[float]:
+    """The two of SHARED about the correlation of neighbours in all residuals, where the likelihood is
+    greatest."""
+    longest = _longest(min(x.shape[1] for x in white))
+    parts = [(x.size, float(np.sum(x[:, 1:] * x[:, :-1])), float(np.sum(x**2)) or 1.0) for x in white]
+    here = sum(n * a / b for n, a, b in parts) / sum(n for n, _, _ in parts)
+    return sorted((rho for rho in SHARED if rho < longest), key=lambda rho: abs(rho - here))[:2]
 
 
 def _shared(

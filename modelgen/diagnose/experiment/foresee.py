@@ -145,7 +145,7 @@ def _starts(layout: Layout, added: Sequence[Addition], theta: Array) -> list[Arr
     others."""
     starts = [theta]
     for a in added:
-        grid = a.grid()
+        grid = a.grid
         for point in grid[:: max(1, len(grid) // SPREAD)] if a.effect.shapes else []:
             other = theta.copy()
             for n, v in point.items():

@@ -21,6 +21,7 @@ from modelgen.diagnose.experiment.foresee import (
 from modelgen.diagnose.experiment.menu import Plan
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.fit.series import Array, Series
+from modelgen.fit.whitener import Whitener
 
 RARE = 0.03
 """Probability up to which it does not matter what would be if a hypothesis were true."""
@@ -49,11 +50,11 @@ def hopes(rivals: Rivals, plan: Plan, times: Sequence[int], odds: Sequence[float
         new = simulated(rivals, truth, plan, empty) if odds[i] > RARE else None
         if new is None:
             continue
-        least = np.ones(len(times))
+        least, noise = np.ones(len(times)), [new.whitener(n) for n in times]
         for rival in rivals.others(i):
             if id(rival) not in views:
                 views[id(rival)] = _view(rivals, rival, empty)
-            least = np.minimum(least, _chances(rivals, truth, views[id(rival)], new, times))
+            least = np.minimum(least, _chances(rivals, truth, views[id(rival)], new, noise))
             if least.max() < HOPELESS:
                 break
         worth += odds[i] * least
@@ -81,12 +82,11 @@ def _view(rivals: Rivals, fit: Fit, empty: Series) -> _View:
     return _View(fit, out[rows], slopes, before)
 
 
-def _chances(rivals: Rivals, truth: Fit, view: _View, new: Made, times: Sequence[int]) -> Array:
-    """For each of `times`; 1 where a rival has no derivative: only a fit can tell."""
+def _chances(rivals: Rivals, truth: Fit, view: _View, new: Made, noise: Sequence[Whitener]) -> Array:
+    """Under each `noise`; 1 where a rival has no derivative: only a fit can tell."""
     e, p = view.out - new.plain.data, view.slopes.shape[1]
     found = []
-    for n in times:
-        w = new.whitener(n)
+    for w in noise:
         r = w.apply(e).ravel()
         J = w.apply(view.slopes).transpose(0, 2, 1).reshape(-1, p)
         with np.errstate(over="ignore", invalid="ignore"):

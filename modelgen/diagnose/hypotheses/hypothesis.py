@@ -66,12 +66,13 @@ class Addition:
         port = next(p for p in model.ports if p.kind == self.port.kind and p.equation == self.port.equation)
         return _with_ranges(self.effect.extend(model, port), self)
 
-    def grid(self) -> list[dict[str, float]]:
+    @cached_property
+    def grid(self) -> list[Mapping[str, float]]:
         """Values of shapes (and of strengths of `secant` effects) that are tried first."""
         tried: list[Shape | Strength] = [*self.effect.shapes]
         if self.effect.secant:
             tried += [q for q in self.effect.strengths if q.name in self.ranges]
-        points: list[dict[str, float]] = [{}]
+        points: list[Mapping[str, float]] = [{}]
         for q in tried:
             low, high = self.ranges[q.name]
             values = (
@@ -196,6 +197,14 @@ class Hypothesis:
         """θ of this hypothesis from θ of a smaller one and values by name; strengths start at null."""
         known = self._defaults | dict(zip(base.names, theta.tolist(), strict=True)) | dict(values)
         return np.array([known[n] for n in self.names], dtype=float)
+
+    def places(self, base: Hypothesis, theta: Array, points: Sequence[Mapping[str, float]]) -> Array:
+        """`place` with the values of each of `points`, (len(points), p)."""
+        found = np.tile(self.place(base, theta, {}), (len(points), 1))
+        for k, n in enumerate(self.names):
+            if n in points[0]:
+                found[:, k] = [values[n] for values in points]
+        return found
 
     @cached_property
     def _defaults(self) -> dict[str, float]:

@@ -122,10 +122,10 @@ def _best(s: Setting, wanted: Sequence[Grown]) -> dict[Key, Grown]:
     return chosen | {g.key: g for g in new[: s.pairs if s.cheap else DEAR]}
 
 
-def points_of(x: Score) -> list[dict[str, float]]:
+def points_of(x: Score) -> list[Mapping[str, float]]:
     """The shapes that explained most of the base's residual; all, for what the base alone can imitate and
     where they are few and far from each other."""
-    effect, grid = x.addition.effect, x.addition.grid()
+    effect, grid = x.addition.effect, x.addition.grid
     if not x.starts or (effect.secant and len(grid) <= FEW):
         return grid
     shapes = {f"{x.addition.id}_{q.name}" for q in x.addition.effect.shapes}

@@ -112,12 +112,12 @@ def score(
     """Score test of the last effect of `h` over the grid of its shapes (or at `points`), at the base's
     fit."""
     a = h.added[-1]
-    grid = list(a.grid() if points is None else points)
+    grid = list(a.grid if points is None else points)
     judged = _secants if a.effect.secant else _slopes
     tries: list[tuple[float, Mapping[str, float]]] = []
     for part in slices(len(grid), -(-len(grid) * len(tangent.r) * len(a.strengths) // AT_ONCE)):
-        places = [h.place(base, theta, point) for point in grid[part]]
-        for point, found in zip(grid[part], judged(h, tangent, whiteners, np.array(places)), strict=True):
+        places = h.places(base, theta, grid[part])
+        for point, found in zip(grid[part], judged(h, tangent, whiteners, places), strict=True):
             if found is not None:
                 tries.append((found[0], {**point, **found[1]}))
     blind = not tries

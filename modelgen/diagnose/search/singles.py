@@ -132,7 +132,7 @@ def _afresh(base: Fit, judge: Judge, fits: Sequence[Fit]) -> list[Fit]:
     defaults = base_starts(h, 0, 1)[0]
     found = []
     for f in fits:
-        grid, span = f.hypothesis.added[-1].grid(), np.log(10.0) * DECADES
+        grid, span = f.hypothesis.added[-1].grid, np.log(10.0) * DECADES
         starts = [
             f.hypothesis.place(h, defaults * np.exp(rng.uniform(-span, span, len(defaults))), own)
             for own in (grid[k] for k in rng.integers(len(grid), size=FRESH))
