@@ -103,9 +103,9 @@ def _slanting(dense: Array, shape: tuple[int, int]) -> Array:
     return np.lib.stride_tricks.as_strided(dense, shape, (sum(dense.strides), dense.strides[1]))
 
 
-def factor(a: Array, s2: float, more: Array, further: Array | None = None) -> Array:
-    """Lower banded Cholesky factor of s² + A D Aᵀ + `further`, the first samples stationary; D = `more`
-    (n,); further: as `through` gives it.
+def factor(a: Array, s2: float, more: Array, further: Array | None = None, times: float = 1.0) -> Array:
+    """Lower banded Cholesky factor of s² + A D Aᵀ + `times` `further`, the first samples stationary; D =
+    `more` (n,); further: as `through` gives it.
 
     Without `further`, what is neither first nor reached by a D is independent of the rest, and left out.
     """
@@ -115,7 +115,7 @@ def factor(a: Array, s2: float, more: Array, further: Array | None = None) -> Ar
     width = min(n, max(p + 1, 0 if further is None else len(further)))
     band = np.zeros((width, n), order="F")  # as LAPACK and the fitters in C have it: none makes a copy
     if further is not None:
-        band[: len(further)] = further
+        np.multiply(further, times, out=band[: len(further)])
     rows = np.full(n, further is not None)
     band[0] += s2
     rows[:p] = True

@@ -168,15 +168,15 @@ def _coloured(w: Whitener, white: Array, most: int, slow: bool) -> tuple[Whitene
             tried.append((replace(_falling(plain, white, used), slow=True), 1))
     if w.smear is not None and np.mean(share[used] < 0.95) > 0.01:
         undo = np.where(used, share, 1.0)
-        own = autoregression(white / undo, most, share)
-        early = replace(plain, undo=undo)
+        early, early_white = replace(plain, undo=undo), white / undo
+        own = autoregression(early_white, most, share)
         weight = np.mean(np.abs(w.weight), axis=0) / undo
         for a in [np.ones(1), own][: 2 if len(own) > 1 else 1]:
             more = (
                 through(a, smears(w.smear, weight)) if len(a) > 1 else _unfiltered(w.smear, weight.tobytes())
             )
             for level in LEVELS:
-                tried.append((_banded(early, white / undo, a, share, used, level * more), len(a) - 1))
+                tried.append((_banded(early, early_white, a, share, used, more, level), len(a) - 1))
     n = int(used.sum()) * len(white)
     price = [n * np.log(np.sum(v.colour(white) ** 2)) + p * np.log(n) for v, p in tried]
     best = int(np.argmin(price))
@@ -196,13 +196,15 @@ def _falling(w: Whitener, x: Array, used: Array) -> Whitener:
     return _banded(w, x, a, used.astype(float), used, None)
 
 
-def _banded(w: Whitener, x: Array, a: Array, clean: Array, used: Array, more: Array | None) -> Whitener:
+def _banded(
+    w: Whitener, x: Array, a: Array, clean: Array, used: Array, more: Array | None, times: float = 1.0
+) -> Whitener:
     """`w` with the filter a and the factor of what it leaves; `more`: of further noise, as `through` gives
-    it."""
+    it, so many `times`."""
     row = _rows(clean, len(a) - 1)
     innovations = filtered(a, x)[:, len(a) - 1 :]
     s2 = float(np.mean(np.sum(row * innovations**2, axis=1)) / max(np.sum(row), 1e-9)) or 1.0
-    L = factor(a, s2, np.where(used, 0.0, UNBELIEVED), more)
+    L = factor(a, s2, np.where(used, 0.0, UNBELIEVED), more, times)
     level = -np.log(w.undo[used]) if w.undo is not None else np.zeros(1)
     L *= np.exp(np.mean(level) - np.mean(np.log(L[0, used])))
     return replace(w, ar=a, band=L)
