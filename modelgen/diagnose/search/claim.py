@@ -17,8 +17,8 @@ IMPERFECT = 0.01
 INEXACT = (0.0, 0.05, 0.17)
 """Of all that is explained, in rms, beside none, one, and two effects: so much may be wrong with laws of the
 right kind, as other people's laws of the same physics differ from ours. In records of several simulators with
-other laws, what was less than this was mostly no second effect, what was more mostly one; what two inexact
-laws leave was eleven times called a third one, and never was."""
+other laws, what was less than this was mostly no second effect, what was more mostly one; a third one, which
+was named in eight of them, was there in none."""
 SEEN = 0.998
 """Where far more than noise is left, a further effect must be seen in the recordings as they are, and not
 only in what a filter of that rest leaves of them."""
