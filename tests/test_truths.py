@@ -16,7 +16,7 @@ from modelgen.truths import elements as el
 from modelgen.truths.drive import Motion
 from modelgen.truths.scoring import score
 from modelgen.truths.secret import DOMAINS, NOISES_OF, NotDetectable, Secret, seal, unseal
-from modelgen.truths.solve import CHOSEN, tangents
+from modelgen.truths.solve import nearest
 
 FOLDER = Path(truths.__file__).parent
 W = 2 * np.pi * np.geomspace(1, 1e4, 60)
@@ -320,13 +320,9 @@ def test_another_form_of_one_effect_is_no_second_one():
     one = drawing.draw(4, "single", "impedance", "maxwell_branch")
     form = one.strength["maxwell_branch"]
     scene = drawing.scene_of(one)
-    slower = scene.simulate({"maxwell_branch": {**form, "at": 0.97 * float(form["at"])}})
-    changes = tangents(scene, one.strength, "maxwell_branch")
-    assert len(changes) == sum(name not in CHOSEN for name in form) == 2
-    rest = [b - a for a, b in zip(scene.simulate(one.strength), slower, strict=True)]
-    moved = [plain + change for plain, change in zip(scene.simulate({}), rest, strict=True)]
-    size_only, whole = scene.refit(moved, changes[:1]).d2, scene.refit(moved, changes).d2
-    assert whole < 0.05 * size_only
+    slower = scene.simulate({"maxwell_branch": {**form, "at": 0.7 * float(form["at"])}})
+    assert scene.refit(slower, one.strength).d2 > 10
+    assert nearest(scene, slower, one.strength).d2 < 0.01
 
 
 def test_a_longer_sweep_warms_the_coil_for_longer():

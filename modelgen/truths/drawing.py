@@ -12,7 +12,7 @@ import numpy as np
 from . import force, force_draw, gmm, gmm_draw, impedance, impedance_draw, stiffness
 from .noise import draw_levels
 from .secret import DOMAINS, KINDS, NOISES, NOISES_OF, NotDetectable, Secret, family
-from .solve import Refit, Scene, size_for, tangents
+from .solve import Refit, Scene, nearest, size_for
 
 Rng = np.random.Generator
 DRAWS: dict[str, ModuleType] = {
@@ -178,7 +178,8 @@ def conceal(rng: Rng, plain: Secret, d2: tuple[float, float], ratio: float | Non
 
 
 def _together(scene: Scene, strength: Mapping[str, Mapping[str, Any]]) -> tuple[dict[str, float], Refit]:
-    """d² of each effect with all numbers of the others' forms free, and the base model nearest to all.
+    """d² of each effect with the others and all numbers of their forms refitted, and the base model nearest
+    to all. (Tangents of the others won't do: a strong effect bends further than first order tells.)
 
     Raises NotDetectable where one hides the other, or both together run away.
     """
@@ -188,8 +189,8 @@ def _together(scene: Scene, strength: Mapping[str, Mapping[str, Any]]) -> tuple[
         raise NotDetectable(f"{' and '.join(strength)} together run away")
     depth = {}
     for effect in strength:
-        others = [dy for o in strength if o != effect for dy in tangents(scene, strength, o)]
-        depth[effect] = scene.refit(y, others).d2
+        others = {o: form for o, form in strength.items() if o != effect}
+        depth[effect] = nearest(scene, y, others).d2
         if depth[effect] < PAIR_DEPTH:
             raise NotDetectable(f"{effect}: hidden by {', '.join(o for o in strength if o != effect)}")
     return depth, scene.refit(y)

@@ -6,8 +6,9 @@ soft joint), the coefficients, the forces, and the channel that records them. Un
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from scipy.interpolate import CubicSpline
 from . import friction, memory
 from .drive import Array, Motion
 from .further import entries
-from .solve import Refit, Responses, Strength
+from .solve import NOTHING, Refit, Responses, Strength
 
 W1 = 2 * np.pi  # reference angular frequency of the memory effects, 1 Hz
 
@@ -54,8 +55,17 @@ class ForceScene:
     def simulate(self, strength: Strength) -> Responses:
         return [m.recorded(self._force(m, strength)) for m in self.motions]
 
-    def refit(self, y: Responses, extra: Sequence[Responses] = ()) -> Refit:
-        return self.columns.refit(y, extra)
+    @cached_property
+    def plain(self) -> Responses:
+        return self.simulate({})
+
+    def refit(self, y: Responses, beside: Strength = NOTHING) -> Refit:
+        """See `Scene`. What the effects beside bring is taken at the true base: all but a soft joint and
+        softening bring a force of their own."""
+        if beside:
+            brought = zip(y, self.simulate(beside), self.plain, strict=True)
+            y = [a - (b - c) for a, b, c in brought]
+        return self.columns.refit(y)
 
     def white(self, i: int, e: Array, data: Array) -> Array:
         return np.array([self.columns.white(x) for x in e])

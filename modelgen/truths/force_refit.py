@@ -73,32 +73,34 @@ class Columns:
                 columns.append(self._only(i, np.exp(-rho * friction.travelled(x))[k]))
         return columns
 
-    def refit(self, y: Responses, extra: Sequence[Responses]) -> Refit:
+    def refit(self, y: Responses) -> Refit:
         n = len(self.motions)
         target = self._white(y[:n])
-        more = [self._white(dy[:n]) for dy in extra]
 
-        def solve(log_rho: float) -> tuple[float, Array, Array]:
-            X = np.column_stack([*self._friction(float(np.exp(log_rho))), *self.fixed, *more])
+        def solve(log_rho: float) -> tuple[Array, Array, Array]:
+            X = np.column_stack([*self._friction(float(np.exp(log_rho))), *self.fixed])
             norm = np.linalg.norm(X, axis=0)
             X /= np.where(norm, norm, 1)
             q, *_ = np.linalg.lstsq(X.T @ X, X.T @ target, rcond=1e-15)
             q += np.linalg.lstsq(X.T @ X, X.T @ (target - X @ q), rcond=1e-15)[0]
             miss = target - X @ q
-            return float(miss @ miss), q / np.where(norm, norm, 1), X * norm
+            return miss, q / np.where(norm, norm, 1), X * norm
+
+        def d2(log_rho: float) -> float:
+            return float(np.sum(solve(log_rho)[0] ** 2))
 
         at = np.log(self.base["rho"])
         best = minimize_scalar(
-            lambda x: solve(x)[0],
+            d2,
             bounds=(at - 2, at + 2),
             method="bounded",
             options={"xatol": 1e-7, "maxiter": 60},
         )
-        log_rho = min((at, float(best.x)), key=lambda x: solve(x)[0])
-        d2, q, X = solve(log_rho)
-        lost = self._force(target - X @ q)
+        log_rho = min((at, float(best.x)), key=d2)
+        left, q, X = solve(log_rho)
+        lost = self._force(left)
         r2 = 1 - float(np.mean([np.var(e) / np.var(f) for e, f in zip(lost, y, strict=False)]))
-        return Refit(d2, len(target), r2, self._bent(q, log_rho), self._std(q, X, log_rho))
+        return Refit(left, r2, self._bent(q, log_rho), self._std(q, X, log_rho))
 
     def _force(self, white: Array) -> list[Array]:
         """The records' forces [N] of whitened ones."""

@@ -8,7 +8,7 @@ lossy constants have negative imaginary parts; eddy currents multiply μ' by the
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,7 @@ from .impedance import (
     viscoelastic,
 )
 from .noise import sweep_whitener, white_sweep
-from .solve import Refit, Responses, Strength, refit_sweep
+from .solve import NOTHING, Refit, Responses, Strength, refit_sweep
 
 MU0 = 4e-7 * np.pi
 Base = Mapping[str, float]
@@ -52,11 +52,11 @@ class GmmScene:
     def simulate(self, strength: Strength) -> Responses:
         return [self._sweep(self.base, i, strength) for i in range(len(self.f))]
 
-    def refit(self, y: Responses, extra: Sequence[Responses] = ()) -> Refit:
+    def refit(self, y: Responses, beside: Strength = NOTHING) -> Refit:
         def base(p: Base) -> Responses:
-            return [self._sweep(p, i, {}) for i in self.fit]
+            return [self._sweep(p, i, beside) for i in self.fit]
 
-        return refit_sweep(base, self.base, self.free, self.whiten, y, extra)
+        return refit_sweep(base, self.base, self.free, self.whiten, y)
 
     def white(self, i: int, e: Array, data: Array) -> Array:
         return white_sweep(self.f[i], self.levels, e, data)

@@ -6,7 +6,7 @@ sweep whatever known mass is added: its figures are relative to `Scale`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,7 @@ from . import elements as el
 from .elements import Array, Complex
 from .further import entries
 from .noise import sweep_whitener, white_sweep
-from .solve import Refit, Responses, Strength, refit_sweep
+from .solve import NOTHING, Refit, Responses, Strength, refit_sweep
 
 Base = Mapping[str, float]
 Form = Mapping[str, Any]
@@ -47,11 +47,11 @@ class ImpedanceScene:
     def simulate(self, strength: Strength) -> Responses:
         return [self._sweep(self.base, i, strength) for i in range(len(self.f))]
 
-    def refit(self, y: Responses, extra: Sequence[Responses] = ()) -> Refit:
+    def refit(self, y: Responses, beside: Strength = NOTHING) -> Refit:
         def base(p: Base) -> Responses:
-            return [self._sweep(p, i, {}) for i in self.fit]
+            return [self._sweep(p, i, beside) for i in self.fit]
 
-        return refit_sweep(base, self.base, self.free, self.whiten, y, extra)
+        return refit_sweep(base, self.base, self.free, self.whiten, y)
 
     def white(self, i: int, e: Array, data: Array) -> Array:
         return white_sweep(self.f[i], self.levels, e, data)

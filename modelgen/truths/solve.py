@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,6 +18,7 @@ Responses = list[
 ]  # one array a recording: complex Z (n,), force (n,), or k_s and angle (2, n)
 Floats = npt.NDArray[np.float64]
 Strength = Mapping[str, Mapping[str, Any]]
+NOTHING: Strength = MappingProxyType({})
 Whitener = Callable[[Responses, Responses], npt.NDArray[np.float64]]
 
 
@@ -24,18 +26,26 @@ Whitener = Callable[[Responses, Responses], npt.NDArray[np.float64]]
 class Refit:
     """The base model nearest to a response.
 
-    d2            whitened squared misfit that is left
-    data          how many whitened data it is a sum over
+    left          whitened misfit that is left
     r2            share of the responses' variance that it explains, noise aside
     bent          free parameter -> ln(value / true value)
     std           free parameter -> standard deviation of ln value, of the noise
     """
 
-    d2: float
-    data: int
+    left: Floats
     r2: float
     bent: dict[str, float]
     std: dict[str, float]
+
+    @property
+    def d2(self) -> float:
+        """Whitened squared misfit."""
+        return float(self.left @ self.left)
+
+    @property
+    def data(self) -> int:
+        """How many whitened data d² is a sum over."""
+        return len(self.left)
 
     @property
     def identifiable(self) -> tuple[str, ...]:
@@ -54,8 +64,8 @@ class Scene(Protocol):
     def simulate(self, strength: Strength) -> Responses:
         """Noise-free responses of all recordings, those for the fit first."""
 
-    def refit(self, y: Responses, extra: Sequence[Responses] = ()) -> Refit:
-        """The base model nearest to y over the fit recordings, plus multiples of the `extra` responses."""
+    def refit(self, y: Responses, beside: Strength = NOTHING) -> Refit:
+        """The base model nearest to y over the fit recordings, with the effects `beside` as they are."""
 
     def white(self, i: int, e: Floats, data: Floats) -> Floats:
         """A residual e of recording i with its data, both (channels, n) in the channels' units (Re and Im of
@@ -68,30 +78,24 @@ def refit_sweep(
     free: Sequence[str],
     whiten: Whitener,
     y: Responses,
-    extra: Sequence[Responses] = (),
 ) -> Refit:
     """Nonlinear least squares over the logarithms of the free parameters, from their true values."""
-    columns = [whiten(y, [a - b for a, b in zip(y, dy, strict=False)]) for dy in extra]
-    units = [float(np.linalg.norm(c)) or 1.0 for c in columns]
 
     def residual(x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         p = dict(true)
         p.update({n: true[n] * np.exp(np.clip(xi, -30, 30)) for n, xi in zip(free, x, strict=False)})
-        r = whiten(y, base(p))
-        for xi, c, u in zip(x[len(free) :], columns, units, strict=True):
-            r = r - xi * c / u
-        return r
+        return whiten(y, base(p))
 
-    x0 = np.zeros(len(free) + len(columns))
+    x0 = np.zeros(len(free))
     fit = least_squares(
         residual, x0, method="lm", xtol=1e-12, ftol=1e-12, gtol=1e-12, max_nfev=60 * (len(x0) + 1)
     )
     info = np.linalg.pinv(fit.jac.T @ fit.jac)
-    std = np.sqrt(np.clip(np.diag(info), 0, None))[: len(free)]
-    bent = {n: float(v) for n, v in zip(free, fit.x, strict=False)}
+    std = np.sqrt(np.clip(np.diag(info), 0, None))
+    bent = {n: float(v) for n, v in zip(free, fit.x, strict=True)}
     nearest = base({**true, **{n: true[n] * np.exp(v) for n, v in bent.items()}})
     stds = dict(zip(free, map(float, std), strict=True))
-    return Refit(float(2 * fit.cost), len(fit.fun), explained(y, nearest), bent, stds)
+    return Refit(fit.fun, explained(y, nearest), bent, stds)
 
 
 def explained(y: Responses, base: Responses) -> float:
@@ -106,11 +110,50 @@ CHOSEN = ("law", "sign", "side", "power", "layers", "smooth")
 """What of an effect's form is one of a few, and not a number that a fit may change."""
 
 
+SPAN_SIZE, SPAN = 30.0, 4.0
+"""How many times larger or smaller than drawn the size of an effect, and every other number of its form, may
+become to follow what isn't its own."""
+GREAT = 1e6
+"""Whitened misfit of a form that has no response."""
+
+
+def nearest(scene: Scene, y: Responses, strength: Strength) -> Refit:
+    """The base model with the effects of `strength` in it, nearest to y over the fit recordings, all numbers
+    of their forms free: least squares over their logarithms, with the base refitted in each step."""
+    free = [(e, n) for e, form in strength.items() for n in numbers(form)]
+
+    def at(x: Floats) -> Refit:
+        moved = {e: dict(form) for e, form in strength.items()}
+        for (e, n), xi in zip(free, x, strict=True):
+            moved[e][n] = float(moved[e][n]) * float(np.exp(xi))
+        return scene.refit(y, moved)
+
+    def left(x: Floats) -> Floats:
+        with np.errstate(all="ignore"):
+            try:
+                found = at(x).left
+            except (ValueError, np.linalg.LinAlgError):  # no response with such numbers
+                return np.full(data, GREAT)
+        return np.where(np.isfinite(found), found, GREAT)
+
+    data = at(np.zeros(len(free))).data
+    span = np.log([SPAN_SIZE if n == "size" else SPAN for _, n in free])
+    fit = least_squares(
+        left, np.zeros(len(free)), bounds=(-span, span), diff_step=1e-3, ftol=1e-4, xtol=1e-4, max_nfev=40
+    )
+    return at(fit.x)
+
+
+def numbers(form: Mapping[str, Any]) -> list[str]:
+    """Names of what a fit may change of an effect's form."""
+    return [n for n, v in form.items() if n not in CHOSEN and float(v) != 0]
+
+
 def tangents(scene: Scene, strength: Strength, effect: str) -> list[Responses]:
     """Changes of the responses with the logarithm of each number of one effect's form (its size among them),
     by central differences at its strength."""
     form, step, found = strength[effect], 0.02, []
-    for name in (n for n, v in form.items() if n not in CHOSEN and float(v) != 0):
+    for name in numbers(form):
         up, down = (
             scene.simulate({**strength, effect: {**form, name: float(form[name]) * (1 + s)}})
             for s in (step, -step)

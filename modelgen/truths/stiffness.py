@@ -21,7 +21,7 @@ from .force_draw import draw_form as force_form
 from .further import entries
 from .impedance import frequencies, in_order, stretched
 from .noise import Levels
-from .solve import Refit, Responses, Strength, refit_sweep
+from .solve import NOTHING, Refit, Responses, Strength, refit_sweep
 
 Rng = np.random.Generator
 POINTS, CYCLES = 512, 8
@@ -68,11 +68,11 @@ class StiffnessScene:
     def simulate(self, strength: Strength) -> Responses:
         return [self._sweep(self.base, i, strength) for i in range(len(self.f))]
 
-    def refit(self, y: Responses, extra: Sequence[Responses] = ()) -> Refit:
+    def refit(self, y: Responses, beside: Strength = NOTHING) -> Refit:
         def base(p: Mapping[str, float]) -> Responses:
-            return [self._sweep(p, i, {}) for i in self.fit]
+            return [self._sweep(p, i, beside) for i in self.fit]
 
-        return refit_sweep(base, self.base, self.free, self._whiten, y, extra)
+        return refit_sweep(base, self.base, self.free, self._whiten, y)
 
     def _whiten(self, y: Responses, base: Responses) -> Array:
         pairs = zip(self.fit, y, base, strict=False)
