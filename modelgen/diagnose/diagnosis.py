@@ -23,6 +23,7 @@ from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, recor
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.between import smoothly_driven
 from modelgen.diagnose.noise.floor import no_finer_than_rounded, parted, slanted
+from modelgen.diagnose.noise.frame import framed
 from modelgen.diagnose.noise.glitches import bursts, by_chance, laid_open, rather
 from modelgen.diagnose.noise.noise import marked, masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
@@ -134,7 +135,7 @@ def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> 
     judge = white_judge(series)
     fit, others = fit_base(base[0], judge, seed)
     f = [s.inputs[model.axis] for s in series]
-    spread = parted(series, f, plain_white(fit))
+    spread = parted(framed(series, fit), f, plain_white(fit))
     if any(a is not b for a, b in zip(series, spread, strict=True)):
         series, base = spread, make_hypotheses(model, case, spread, [()])
         judge = white_judge(series)

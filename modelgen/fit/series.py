@@ -29,6 +29,7 @@ class Series:
     "modulus", "phase", "real"). rows: which of the model's real outputs the channels are. reference: (n,) the
     first output without its own noise, as far as known: what a relative noise is relative to, and the frame
     of complex residuals. spread: noise of impedances: absolute, relative, and absolute of the inverse.
+    turning: whether smooth errors of complex values turn with their phase, as those of a factor do.
     """
 
     name: str
@@ -43,6 +44,7 @@ class Series:
     stated: bool = True
     reference: Array = field(default_factory=lambda: np.zeros(0))
     spread: Spread = (0.0, 0.0, 0.0)
+    turning: bool = True
 
     @property
     def n(self) -> int:
@@ -55,12 +57,18 @@ class Series:
 
     def referred(self, reference: Array) -> Series:
         """An impedance with the noise and the frame of another reference (n,)."""
-        whitener = replace(self.whitener, weight=_weight_of(reference, self.spread, self.measure))
+        whitener = replace(
+            self.whitener, weight=_weight_of(reference, self.spread, self.measure, self.turning)
+        )
         return replace(self, reference=reference, whitener=whitener)
+
+    def unturned(self) -> Series:
+        """A complex series whose smooth errors do not turn with its phase."""
+        return replace(self, turning=False).referred(self.reference)
 
     def spread_by(self, spread: Spread) -> Series:
         """An impedance with another absolute, relative and inverse noise."""
-        weight = _weight_of(self.reference, spread, self.measure)
+        weight = _weight_of(self.reference, spread, self.measure, self.turning)
         root = self.whitener.root
         if root is not None:
             root = root.weighed(np.abs(weight) / np.abs(self.whitener.weight))
@@ -192,9 +200,11 @@ def sizes_of(spread: Spread, size: Array) -> Array:
     return np.hypot(np.hypot(spread[0], spread[1] * size), spread[2] * size**2)
 
 
-def _weight_of(reference: Array, spread: Spread, kind: str) -> Array:
-    """1/σ of each sample; of complex ones turned into the frame of the reference."""
+def _weight_of(reference: Array, spread: Spread, kind: str, turning: bool = True) -> Array:
+    """1/σ of each sample; of complex ones in the reference's frame, where errors turn with it."""
     sigma = sizes_of(spread, np.abs(reference))
+    if kind == "complex" and not turning:
+        return np.asarray(1.0 / sigma, dtype=complex)
     if kind == "complex":
         return np.asarray(np.conj(reference) / np.abs(reference) / sigma)
     return np.asarray(1.0 / sigma[None, :])

@@ -94,7 +94,7 @@ def foreseen(judge: Judge, fit: Fit, predicted: Sequence[tuple[Experiment, Array
 def _levelled_like(fit: Series, s: Series, axis: str) -> Series:
     """A held-out recording with the noise of the fit recordings, where that is not (all) stated."""
     if s.measure == fit.measure == "complex":
-        s = s.spread_by(fit.spread)
+        s = replace(s, turning=fit.turning).spread_by(fit.spread)
         f, uneven = _over_spread(fit, axis)
         over = np.interp(np.log(s.inputs[axis]), np.log(f), uneven)
         return replace(s, whitener=s.whitener.scaled(over))
