@@ -60,6 +60,12 @@ def _hysteretic(at: Port, p: Values) -> Any:
     return j * at["omega"] * p["M_4"] * spring / (spring - u**2)
 
 
+def _within(at: Port, p: Values) -> Any:
+    """Of the mass that is there the part M_5 on a spring and a damper: what `_viscous` adds, less jωM_5."""
+    u = at["omega"] / p["omega_5"]
+    return j * at["omega"] * p["M_5"] * u**2 / (1 + j * u / p["Q_5"] - u**2)
+
+
 second_mode = _hung(
     2,
     ": a part of it, or of the housing, swings at its own frequency",
@@ -85,6 +91,13 @@ MODES = (
         _hysteretic,
         Shape("eta_4", "1", "1", 0.01, 0.5, 3, text="loss factor of its spring"),
         RARER,
+    ),
+    _hung(
+        5,
+        ": a part of the mass that is known, which swings at its own frequency",
+        second_mode.source,
+        _within,
+        Shape("Q_5", "1", "1", 1.0, 500.0, 3, text="its quality factor"),
     ),
 )
 

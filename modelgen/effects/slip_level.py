@@ -14,15 +14,16 @@ from modelgen.effects.softening import way
 from modelgen.language import Abs, Equation, Max, Model, Port, State, exp, log
 
 
-def _level(name: str, rise: Callable[[Any, Values], Any]) -> Apply:
-    """ṙ = ρ(v − |v| r/g(v)) with level g = 1 + `rise`(|v|, p), which is called `name`."""
-    return lambda model, port, p: _levelled(model, port, name, rise(Abs(port["v"]), p))
+def _level(name: str, rise: Callable[[Any, Values], Any], stiff: bool = True) -> Apply:
+    """ṙ = ρ(v − |v| r/g(v)) with level g = 1 + `rise`(|v|, p), which is called `name`; `stiff`: see there."""
+    return lambda model, port, p: _levelled(model, port, name, rise(Abs(port["v"]), p), stiff)
 
 
-def _levelled(model: Model, port: Port, name: str, rise: Any) -> Model:
+def _levelled(model: Model, port: Port, name: str, rise: Any, stiff: bool = True) -> Model:
     """ṙ = ρ(v − |v| r/g) with level g = 1 + rise: the state is carried as r/g, which slips at 1.
 
     Friction becomes h g, the inverse slip length ρ/g; when g changes, r/g changes so that the force does not.
+    Without a `stiff` start the slip length stays instead: ṙ = ρ(g v − |v| r).
     """
     state = port["r"].name
     slip = next(q.equation for q in model.ports if q.kind == "slip")
@@ -35,7 +36,8 @@ def _levelled(model: Model, port: Port, name: str, rise: Any) -> Model:
     new = (level, before, last)
     model = replace(model, statements=(*model.statements[:first], *new, *model.statements[first:]))
     model = _carried(model, state, g_prev / g)
-    model = model.extend(slip, lambda rho: rho / g)
+    if stiff:
+        model = model.extend(slip, lambda rho: rho / g)
     return model.extend(port.equation, lambda h: h * g)
 
 
@@ -82,6 +84,15 @@ stribeck_bell = Effect(
     common=0.5,
 )
 
+stribeck_follows = replace(
+    stribeck_slip,
+    says="friction falls with speed, as a film of lubricant or of wear builds up; it follows over its slip "
+    "length, which stays",
+    strengths=(replace(stribeck_slip.strengths[0], name="beta_f"),),
+    apply=_level("stribeck_f", lambda v, p: p["beta_f"] * exp(-v / p["v_f"]), stiff=False),
+    shapes=(replace(stribeck_slip.shapes[0], name="v_f"),),
+    common=0.5,
+)
 
 strengthening_slip = Effect(
     "rate_dependent_friction",
@@ -95,6 +106,15 @@ strengthening_slip = Effect(
     needs=("v", "r"),
     common=0.5,
     instead=("stribeck_friction",),
+)
+
+strengthening_follows = replace(
+    strengthening_slip,
+    says="friction grows with speed, in proportion at first, then with its logarithm; it follows over its "
+    "slip length, which stays",
+    strengths=(replace(strengthening_slip.strengths[0], name="a_s"),),
+    apply=_level("strengthening_s", lambda v, p: p["a_s"] * log(1 + v / p["v_as"]), stiff=False),
+    shapes=(replace(strengthening_slip.shapes[0], name="v_as"),),
 )
 
 
@@ -189,6 +209,6 @@ running_in_whole = replace(
 )
 
 EFFECTS = (
-    stribeck_slip, stribeck_bell, strengthening_slip, position_slip, running_in, running_in_whole,
-    relaxing_friction,
+    stribeck_slip, stribeck_bell, stribeck_follows, strengthening_slip, strengthening_follows,
+    position_slip, running_in, running_in_whole, relaxing_friction,
 )  # fmt: skip

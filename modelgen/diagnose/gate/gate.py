@@ -12,6 +12,7 @@ from modelgen.diagnose.gate.describe import described
 from modelgen.diagnose.gate.generic import leftover
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import gained_beside
+from modelgen.diagnose.gate.meter import distorted
 from modelgen.diagnose.gate.oddities import lone
 from modelgen.diagnose.gate.unlisted import best_unlisted, cheaper, refused, with_rivals
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE
@@ -86,10 +87,10 @@ def judge_adequacy(
     unknown = _unexplained(outcome, left, gross, explained) and not _better_named(
         setting, outcome, sensitivities, explained
     )
-    whole = None if unknown else _wholly_described(setting, outcome, sensitivities, floor)
+    whole = _wholly_described(setting, outcome, sensitivities, floor, unknown)
     if whole is not None:
         unknown, left = True, whole
-    rival = _described(setting, outcome)
+    rival = None if whole is not None else _described(setting, outcome)
     other = None if unknown else _imitated(setting, outcome, sensitivities) or _line(outcome)
     notes: tuple[str, ...] = ()
     if other is None and oddity is not None and not unknown:
@@ -188,12 +189,14 @@ def _better_named(
 
 
 def _wholly_described(
-    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], floor: float
+    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], floor: float, unknown: bool
 ) -> Leftover | None:
-    """Functions of displacement and speed that leave but noise, where even the best named effects stay far
-    from the recordings."""
-    best = outcome.best
-    if not setting.model.is_time_model or outcome.judge.temper == 1.0 or not best.hypothesis.added:
+    """Functions of displacement and speed, or a distortion of a sweep's meter, that leave but noise, where
+    even the best named effects stay far from the recordings."""
+    best, far = outcome.best, outcome.judge.temper > 1.0 and bool(outcome.best.hypothesis.added)
+    if not setting.model.is_time_model:
+        return _by_the_meter(outcome, floor) if far or unknown else None
+    if unknown or not far:
         return None
     whole = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
     terms = described(setting, outcome, whole)
@@ -202,11 +205,20 @@ def _wholly_described(
     return whole if mean_square(plain_white(terms)) < CREDIBLE**2 * floor else None
 
 
+def _by_the_meter(outcome: Outcome, floor: float) -> Leftover | None:
+    """A distortion of the meter, if it leaves but noise."""
+    found = distorted(outcome.judge, outcome.base)
+    count = sum(np.count_nonzero(e) for e in outcome.base.white)
+    left = (outcome.base.chi2 - found.chi2) / max(count, 1)
+    return found if found.gain > LEFT and left < CREDIBLE**2 * floor else None
+
+
 def _imitated(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array]) -> Leftover | None:
     """What no catalogue holds but fits sweeps better than the named effects do, and by far."""
     if setting.model.is_time_model or outcome.judge.temper > 1.0 or not outcome.best.hypothesis.added:
         return None
-    rival = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
+    whole = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
+    rival = max(whole, distorted(outcome.judge, outcome.base), key=lambda x: x.gain)
     gained = _gained(setting, outcome, outcome.best)
     return rival if rival.gain > gained + LEFT and gained < BETTER * rival.gain else None
 

@@ -43,7 +43,7 @@ def leftover(model: Model, judge: Judge, fit: Fit, sensitivities: Mapping[str, A
     return max(found, key=lambda x: x.gain, default=Leftover(0.0, 0.0, "", ""))
 
 
-def _gain(
+def gain_of(
     tangent: Tangent, columns: Array, n: int, price: float = 0.0, own: Array | None = None
 ) -> tuple[float, float, Array]:
     """(ΔBIC, χ², residual then) of free amounts of `columns` (N, k) beside the fit, its level profiled;
@@ -84,7 +84,7 @@ def _in_frequency(
     found = []
     for port, slope in sensitivities.items():
         atoms, places = _resonances(f)
-        columns = np.concatenate([_whiten(judge, e.series, slope[:, None] * a) for a in atoms], axis=1)
+        columns = np.concatenate([whitened(judge, e.series, slope[:, None] * a) for a in atoms], axis=1)
         rest = tangent.off(columns)
         size = np.sum(rest**2, axis=0)
         size[size < 1e-12 * np.sum(columns**2, axis=0)] = np.inf
@@ -98,7 +98,7 @@ def _in_frequency(
             pair = [k - k % 2, k - k % 2 + 1]
             chosen += [c for c in pair if c not in chosen]
             price = 2.0 * count * np.log(len(places))
-            gain, chi2, left = _gain(tangent, columns[:, chosen], n, price)
+            gain, chi2, left = gain_of(tangent, columns[:, chosen], n, price)
             if gain > max(best.gain, CHECKED):  # coloured noise has peaks, too
                 own = before() - _coloured(judge, _parted(left, fit.white), COLOUR_SWEEP)
                 gain = min(gain, own - len(chosen) * float(np.log(n)) - price)
@@ -126,7 +126,7 @@ def _resonances(f: Array) -> tuple[list[Array], list[tuple[float, float]]]:
     return atoms, places
 
 
-def _whiten(judge: Judge, series: Sequence[object], z: Array) -> Array:
+def whitened(judge: Judge, series: Sequence[object], z: Array) -> Array:
     """Whitened columns (N, k) of complex changes z (samples, k) of the output."""
     at, out = 0, []
     for s, w in zip(series, judge.whiteners, strict=True):
@@ -191,7 +191,7 @@ def _best_of(
     sets = [list(range(size))] if not few else [list(range(k, k + few)) for k in range(0, size, few)]
     price = 2 * float(np.log(len(sets)))
     own = _own(judge.prior, white)
-    tried = [(*_gain(tangent, columns[:, c], n, price, own), len(c)) for c in sets]
+    tried = [(*gain_of(tangent, columns[:, c], n, price, own), len(c)) for c in sets]
     best = max(range(len(tried)), key=lambda k: tried[k][0])
     gain, chi2, rest, count = tried[best]
     if gain > CHECKED:
