@@ -1,5 +1,6 @@
 """Recordings that show less than they seem to: few samples, the other sign of time, a staircase of treads."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,8 @@ def swing(folder: Path, samples: int) -> Path:
 @pytest.mark.parametrize(("samples", "told"), [(7, True), (40, False)])
 def test_a_motion_of_few_samples_a_cycle_is_told(tmp_path: Path, samples: int, told: bool) -> None:
     case, model = read_case(swing(tmp_path, samples)), load("modified_dahl")
+    # the time before comes last: it is no motion
+    model = replace(model, inputs=tuple(sorted(model.inputs, key=lambda i: i.name == "t_prev")))
     notes = unresolved(model, [make_series(model, case, r) for r in case.fit])
     assert [n.startswith("'swing' turns every") for n in notes] == [True] * told
 

@@ -56,10 +56,10 @@ def motion_error(
 ) -> MotionError | None:
     """Errors of the displacement that recording k of `ex` rests on, through the model at θ; None without."""
     s, model = ex.series[k], ex.model
-    motion = {i.derived[0]: i.name for i in model.inputs if i.derived}
     moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
     if moved is None:
         return None
+    motion = {i.derived[0]: i.name for i in model.inputs if i.derived and i.derived[1] == moved}
     from modelgen.recordings.kinematics import kinematics
 
     found = kinematics(

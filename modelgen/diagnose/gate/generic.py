@@ -149,8 +149,8 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
     tangent = Tangent.of(*plain.tangent(fit))
     e = fit.hypothesis.experiment
     n = effective(fit.white)
-    names = {i.derived[0]: i.name for i in model.inputs if i.derived}
     moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), "")
+    names = {i.derived[0]: i.name for i in model.inputs if i.derived and i.derived[1] == moved}
     found = [line(model, fit, n)]
     before = cache(lambda: _coloured(plain, fit.white, COLOUR_TIME))
     if not moved:

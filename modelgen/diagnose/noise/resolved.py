@@ -20,12 +20,14 @@ SOME = 5
 
 def unresolved(model: Model, series: Sequence[Series]) -> tuple[str, ...]:
     """A note for each record over time whose displacement turns too fast for its samples."""
-    motion = {i.derived[0]: i.name for i in model.inputs if i.derived}
-    if not {"turning", "previous"} <= set(motion):
+    derived = {i.derived: i.name for i in model.inputs if i.derived}
+    moved = next((of for kind, of in derived if kind == "turning"), "")
+    if ("previous", moved) not in derived:
         return ()
+    turning, before = derived["turning", moved], derived["previous", moved]
     notes = []
     for s in series:
-        turns = np.flatnonzero(s.inputs[motion["turning"]] != s.inputs[motion["previous"]])
+        turns = np.flatnonzero(s.inputs[turning] != s.inputs[before])
         if len(turns) < SOME:
             continue
         between = np.diff(turns)
