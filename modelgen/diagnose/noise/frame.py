@@ -15,6 +15,8 @@ from modelgen.fit.series import Series
 
 CLEAR = 10.0
 """By how much χ² must fall before an error is taken not to turn: a factor is the rule."""
+MISSING = 0.1
+"""And by this share of what is beyond the noise: missing physics, too, looks smaller in one of the frames."""
 
 
 def framed(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
@@ -27,7 +29,8 @@ def framed(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
         return tuple(series)
     still = tuple(s.unturned() if s.measure == "complex" else s for s in series)
     turning, fixed = (_left(fit, x) for x in (series, still))
-    return still if fixed < turning - CLEAR else tuple(series)
+    beyond = max(0.0, fixed - sum(s.data.size for s in series))
+    return still if fixed < turning - CLEAR - MISSING * beyond else tuple(series)
 
 
 def _left(fit: Fit, series: Sequence[Series]) -> float:
