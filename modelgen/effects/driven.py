@@ -126,6 +126,18 @@ power_law_stiffness = Effect(
     common=0.5,
 )
 
+laminar_then_root = replace(
+    power_law_stiffness,
+    says="what works against z is in proportion to it at first and grows with its root later, as the flow "
+    "through a pipe that is laminar and then turbulent",
+    source="I. E. Idelchik, Handbook of Hydraulic Resistance (1986), ch. 1: heads z = a q + b q² in series",
+    strengths=(Strength("c_r", "{port}", text="its value where z is three times z_r"),),
+    apply=add(lambda at, p: p["c_r"] * sign(at["z"]) * (sqrt(1 + Abs(at["z"]) / p["z_r"]) - 1)),
+    shapes=(
+        Shape("z_r", "{z}", "displacement", 0.02, 2.0, 4, text="where the one goes over into the other"),
+    ),
+)
+
 added_stiffness = Effect(
     "added_stiffness",
     ("force",),
@@ -137,4 +149,7 @@ added_stiffness = Effect(
     lacks=RECORDED,
 )
 
-EFFECTS = (maxwell_driven, second_dahl_driven, coulomb_driven, power_law_stiffness, added_stiffness)
+EFFECTS = (
+    maxwell_driven, second_dahl_driven, coulomb_driven, power_law_stiffness, laminar_then_root,
+    added_stiffness,
+)  # fmt: skip
