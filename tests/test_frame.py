@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from coils import write_sweep
 
 import modelgen.models
 from modelgen.diagnose import diagnose
@@ -28,10 +29,7 @@ def _write(folder: Path, turning: bool, seed: int) -> None:
             for r in (root, np.eye(F.size))
         )
         Z = Z + 3e-4 * np.abs(Z) * white + 3e-3 * (Z if turning else np.abs(Z)) * smooth
-        rows = np.column_stack([F, Z.real, Z.imag])
-        np.savetxt(
-            folder / f"{name}.csv", rows, delimiter=",", header="f [Hz],Re Z [ohm],Im Z [ohm]", comments=""
-        )
+        write_sweep(folder / f"{name}.csv", F, Z)
         text += f'[[recording]]\nfile = "{name}.csv"\nrole = "fit"\nconstants = {{ M_m = {M_m} }}\n'
     (folder / "case.toml").write_text(text)
 

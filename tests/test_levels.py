@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from coils import write_sweep
 
 import modelgen as mg
 from modelgen.diagnose import Verdict, diagnose
@@ -31,9 +32,7 @@ def told(folder: Path, sweeps: list[np.ndarray]) -> Verdict:
     text = 'model = "electrodynamic_transducer"\n[constants]\nM_m = 0.013\n'
     for k, Z in enumerate(sweeps):
         Z = Z * (1 + 1e-3 * (rng.standard_normal(F.size) + 1j * rng.standard_normal(F.size)))
-        rows = np.column_stack([F, Z.real, Z.imag])
-        header = "f [Hz],Re Z [ohm],Im Z [ohm]"
-        np.savetxt(folder / f"r{k}.csv", rows, delimiter=",", header=header, comments="")
+        write_sweep(folder / f"r{k}.csv", F, Z)
         text += f'[[recording]]\nfile = "r{k}.csv"\n'
     (folder / "case.toml").write_text(text)
     model, case = mg.open_case(folder / "case.toml")

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from coils import write_sweep
 
 import modelgen as mg
 from modelgen.diagnose import Verdict, diagnose
@@ -17,9 +18,7 @@ def _told(folder: Path, sweeps: dict[float, np.ndarray]) -> Verdict:
     text = 'model = "electrodynamic_transducer"\n[noise]\nZ_relative = 3e-4\n'
     for M_m, Z in sweeps.items():
         Z = Z + 3e-4 * np.abs(Z) * (rng.standard_normal(F.size) + 1j * rng.standard_normal(F.size))
-        rows = np.column_stack([F, Z.real, Z.imag])
-        header = "f [Hz],Re Z [ohm],Im Z [ohm]"
-        np.savetxt(folder / f"m{M_m}.csv", rows, delimiter=",", header=header, comments="")
+        write_sweep(folder / f"m{M_m}.csv", F, Z)
         text += f'[[recording]]\nfile = "m{M_m}.csv"\nconstants = {{ M_m = {M_m} }}\n'
     (folder / "case.toml").write_text(text)
     model, case = mg.open_case(folder / "case.toml")
