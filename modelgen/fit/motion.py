@@ -59,7 +59,7 @@ def motion_error(
     moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
     if moved is None:
         return None
-    motion = {i.derived[0]: i.name for i in model.inputs if i.derived and i.derived[1] == moved}
+    motion = model.derived_from(moved)
     from modelgen.recordings.kinematics import kinematics
 
     found = kinematics(

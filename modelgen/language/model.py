@@ -155,6 +155,10 @@ class Model:
     def states(self) -> tuple[State, ...]:
         return tuple(s for s in self.statements if isinstance(s, State))
 
+    def derived_from(self, name: str) -> dict[str, str]:
+        """How inputs follow from the input `name` ("rate", "previous", "turning", …) -> their names."""
+        return {i.derived[0]: i.name for i in self.inputs if i.derived and i.derived[1] == name}
+
     @property
     def is_time_model(self) -> bool:
         """True when samples must be taken in order: the model has states, or an input that looks back."""

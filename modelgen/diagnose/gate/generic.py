@@ -150,7 +150,7 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
     e = fit.hypothesis.experiment
     n = effective(fit.white)
     moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), "")
-    names = {i.derived[0]: i.name for i in model.inputs if i.derived and i.derived[1] == moved}
+    names = model.derived_from(moved)
     found = [line(model, fit, n)]
     before = cache(lambda: _coloured(plain, fit.white, COLOUR_TIME))
     if not moved:

@@ -20,14 +20,13 @@ SOME = 5
 
 def unresolved(model: Model, series: Sequence[Series]) -> tuple[str, ...]:
     """A note for each record over time whose displacement turns too fast for its samples."""
-    derived = {i.derived: i.name for i in model.inputs if i.derived}
-    moved = next((of for kind, of in derived if kind == "turning"), "")
-    if ("previous", moved) not in derived:
+    moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "turning"), "")
+    motion = model.derived_from(moved)
+    if "previous" not in motion:
         return ()
-    turning, before = derived["turning", moved], derived["previous", moved]
     notes = []
     for s in series:
-        turns = np.flatnonzero(s.inputs[turning] != s.inputs[before])
+        turns = np.flatnonzero(s.inputs[motion["turning"]] != s.inputs[motion["previous"]])
         if len(turns) < SOME:
             continue
         between = np.diff(turns)
