@@ -198,10 +198,24 @@ def test_depth_of_a_force_by_a_plain_fit():
 
     def miss(x):
         other = force.ForceScene(dict(zip(names, x, strict=True)), secret.setup, secret.levels).simulate({})
-        return np.concatenate([a - b for a, b in zip(y[:2], other[:2], strict=True)]) / scene.columns.sigma
+        return np.concatenate([scene.white(i, y[i][None] - other[i], y[i])[0] for i in range(2)])
 
     start = [secret.base[k] * 1.02 for k in names]
     assert 2 * least_squares(miss, start, x_scale=start, method="lm").cost == pytest.approx(500.0, rel=0.02)
+
+
+def test_errors_of_the_displacement_reach_the_force_through_the_dashpot():
+    """What spring, slip and dashpot make of them is white of size 1 in each octave, once whitened."""
+    secret = drawing.draw(3, domain="force", effect="force_sensor_lag", noise="displacement")
+    scene, levels, base = drawing.scene_of(secret), secret.levels, secret.base
+    rng, n = np.random.default_rng(4), 2**14
+    error = levels["z"] * rng.standard_normal(n)
+    rate = np.gradient(error) * scene.motions[0].rate  # right at low frequencies alone
+    slip = 0.5 * base["h_D"] * base["rho"]
+    felt = (base["k_D"] + slip) * error + base["c_D"] * rate + levels["F_m"] * rng.standard_normal(n)
+    power = np.abs(np.fft.rfft(scene.white(0, felt[None], felt)[0])) ** 2 / n
+    for low in (2**4, 2**6, 2**8):
+        assert power[low : 4 * low].mean() == pytest.approx(1, abs=5 / np.sqrt(3 * low) + 0.05), low
 
 
 @pytest.mark.parametrize("domain", ["impedance", "gmm"])

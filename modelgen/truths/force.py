@@ -68,7 +68,7 @@ class ForceScene:
         return self.columns.refit(y)
 
     def white(self, i: int, e: Array, data: Array) -> Array:
-        return np.array([self.columns.white(x) for x in e])
+        return np.array([self.columns.white(self.motions[i].rate, x) for x in e])
 
     def _force(self, m: Motion, e: Strength) -> Array:
         """Force [N] on the fine grid of one motion, as its channel shows it."""

@@ -29,12 +29,8 @@ class Columns:
         levels: Mapping[str, float],
         own_offset: bool,
     ) -> None:
-        self.base, self.motions, self.own_offset = base, motions, own_offset
+        self.base, self.motions, self.levels, self.own_offset = base, motions, levels, own_offset
         self.rho_ar = levels.get("rho", 0.0)
-        force = levels["F_m"] ** 2 * (1 + levels.get("step", 0.0) ** 2 / 12)
-        # displacement noise acts through the sample's stiffness; its derivative is smoothed away
-        through = ((base["k_D"] + 0.5 * base["h_D"] * base["rho"]) * levels["z"]) ** 2
-        self.sigma = float(np.sqrt(force * (1 - self.rho_ar**2) + through * (1 + self.rho_ar**2)))
         self.paths = [self._thin(m) for m in motions]
         self.fixed = self._fixed()
 
@@ -46,12 +42,26 @@ class Columns:
         index = np.union1d(sampled, turns[turns > sampled[0]])
         return m.path[index], np.searchsorted(index, sampled)
 
-    def white(self, x: Array) -> Array:
-        """Residual forces [N] of one record, over the noise and without its colour."""
-        return np.asarray(lfilter([1.0, -self.rho_ar], [1.0], x)) / self.sigma
+    def _spectrum(self, rate: float, n: int) -> Array:
+        """Standard deviation [N] over frequency of a record's errors, without the force noise's colour.
+
+        An error of the displacement acts through spring, slip and dashpot, |k + j ω c|: at high frequencies
+        the dashpot's share is by far the largest.
+        """
+        omega, levels = 2 * np.pi * rate * np.fft.rfftfreq(n), self.levels
+        k = self.base["k_D"] + 0.5 * self.base["h_D"] * self.base["rho"]
+        through = np.abs((k + 1j * omega * self.base["c_D"]) * levels["z"]) ** 2
+        force = levels["F_m"] ** 2 * (1 + levels.get("step", 0.0) ** 2 / 12)
+        uncoloured = np.abs(1 - self.rho_ar * np.exp(-1j * omega / rate)) ** 2
+        return np.sqrt(force * (1 - self.rho_ar**2) + through * uncoloured)
+
+    def white(self, rate: float, x: Array) -> Array:
+        """Residual forces [N] of a record, over the noise and without its colour."""
+        x = np.asarray(lfilter([1.0, -self.rho_ar], [1.0], x))
+        return np.asarray(np.fft.irfft(np.fft.rfft(x) / self._spectrum(rate, len(x)), len(x)))
 
     def _white(self, parts: Sequence[Array]) -> Array:
-        return np.concatenate([self.white(x) for x in parts])
+        return np.concatenate([self.white(m.rate, x) for m, x in zip(self.motions, parts, strict=True)])
 
     def _only(self, i: int, x: Array) -> Array:
         return self._white([x if j == i else np.zeros(len(k)) for j, (_, k) in enumerate(self.paths)])
@@ -105,7 +115,10 @@ class Columns:
     def _force(self, white: Array) -> list[Array]:
         """The records' forces [N] of whitened ones."""
         ends = np.cumsum([len(k) for _, k in self.paths])[:-1]
-        return [self.sigma * lfilter([1.0], [1.0, -self.rho_ar], x) for x in np.split(white, ends)]
+        spectra = (self._spectrum(m.rate, len(k)) for m, (_, k) in zip(self.motions, self.paths, strict=True))
+        parts = zip(np.split(white, ends), spectra, strict=True)
+        coloured = [np.fft.irfft(np.fft.rfft(x) * s, len(x)) for x, s in parts]
+        return [np.asarray(lfilter([1.0], [1.0, -self.rho_ar], x)) for x in coloured]
 
     def _places(self) -> dict[str, int]:
         """Where the parameters are among the columns."""
