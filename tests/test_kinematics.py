@@ -352,6 +352,28 @@ def test_measured_displacements(name: str, turns: tuple[int, int], speed: float)
     assert rms(path - path.mean() - (k.z - k.z.mean())) < 0.01 * np.ptp(k.z)
 
 
+@pytest.mark.parametrize("std", [1e-6, 1e-3])
+@pytest.mark.parametrize("later", [np.geomspace(0.61, 8000, 475), np.arange(0.61, 100, 0.3)])
+def test_a_step_that_is_sampled_densely_and_held_for_long(std: float, later: np.ndarray) -> None:
+    """As in tests of relaxation and creep: the ramp takes a thousandth of the record, or less."""
+    t = np.concatenate((np.arange(0, 0.6, 0.008), later))
+    exact = np.clip(t / 0.4, 0, 1)
+    k = kinematics(t, noisy(exact, 3, std if std > 1e-5 else 0.0), std)
+    assert np.abs(k.z - exact).max() < 8 * std
+    assert np.abs(k.v - 2.5)[(t > 0.1) & (t < 0.3)].max() < 250 * std
+    assert np.abs(k.v[t > 1]).max() < 60 * std
+
+
+@pytest.mark.parametrize("jitter", [0.02, 0.3])
+def test_time_stamps_that_jitter_cost_no_velocity(jitter: float) -> None:
+    rng, n = np.random.default_rng(1), 4000
+    even = np.arange(n) / RATE * 4
+    t = even + jitter / RATE * 4 * rng.uniform(-1, 1, n)
+    k, clean = (kinematics(x, noisy(np.sin(12.6 * x), 2, 1e-3), 1e-3) for x in (t, even))
+    worse = rms(k.v - 12.6 * np.cos(12.6 * t)) / rms(clean.v - 12.6 * np.cos(12.6 * even))
+    assert worse < 1.3
+
+
 @pytest.mark.parametrize(("length", "degree"), [(9, 8), (11, 5), (49, 5)])
 def test_weights_of_a_window_are_savitzkys_and_golays(length: int, degree: int) -> None:
     for order, weights in enumerate(kernels(length, degree)):

@@ -10,13 +10,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from modelgen.errors import InputError
 from modelgen.recordings.noise import noise_std, quantum
-from modelgen.recordings.smooth import Smooth, smooth
+from modelgen.recordings.smooth import EXACT, Smooth, smooth
 from modelgen.recordings.turns import turned
 
 Array = NDArray[np.float64]
 
 JITTER = 1e-3  # of a step: time stamps that are rounded in a file are uniform all the same
 LONG = 100_000  # samples of a record beyond which its motion is not kept in memory
+SMOOTH = 0.01  # change from one ratio of neighbouring steps to the next, in logarithms, of a smooth clock
+AROUND = 31  # steps whose median is what is usual there
+ALIKE = 2.0  # ratio of usual steps up to which one grid serves all
 TIP = 0.3  # error of a turn at a corner between samples, over those of both slopes times the step
 
 
@@ -61,7 +64,8 @@ def kinematics(t: ArrayLike, z: ArrayLike, sigma: float | None = None) -> Kinema
 
     **Time** that is uniform to 1e-3 of a step is taken as uniform. Smoothly varying steps (a logarithmic
     grid, a solver's) are handled with the sample number as parameter, v = z'/t'. Others (jitter, gaps) are
-    carried to a uniform grid and back by splines; without noise the spline itself is differentiated.
+    carried to a grid as dense as the samples around and back by splines; without noise the spline itself
+    is differentiated.
 
     **Reversals**: the direction counts only where |v| > 4 sigma_v and z goes that way, too, and an excursion
     only above the noise of the record, so that neither noise at rest nor ringing at a corner makes one.
@@ -126,8 +130,8 @@ def _differentiate(t: Array, z: Array, std: float, bound: float) -> Smooth:
     step = (t[-1] - t[0]) / (n - 1)
     if np.abs(t - np.linspace(t[0], t[-1], n)).max() <= JITTER * step:
         return _per_time(smooth(z, std, bound), step)
-    ratio = np.diff(t)[1:] / np.diff(t)[:-1]
-    if n < 5 or (ratio.min() > 0.8 and ratio.max() < 1.25):
+    ratio = np.diff(np.log(np.diff(t)))
+    if n < 5 or (np.abs(ratio).max() < np.log(1.25) and np.abs(np.diff(ratio)).max() < SMOOTH):
         return _by_sample_number(t, z, std, bound)
     return _by_splines(t, z, std, bound)
 
@@ -148,7 +152,7 @@ def _by_sample_number(t: Array, z: Array, std: float, bound: float) -> Smooth:
 
 
 def _by_splines(t: Array, z: Array, std: float, bound: float) -> Smooth:
-    """Interpolate, and with noise smooth on a uniform grid of the median step, then come back."""
+    """Interpolate, and with noise smooth on a grid as dense as the samples around, then come back."""
     from scipy.interpolate import make_interp_spline
 
     curve = make_interp_spline(t, z, k=5 if std == 0 and t.size > 5 else 3)
@@ -156,12 +160,32 @@ def _by_splines(t: Array, z: Array, std: float, bound: float) -> Smooth:
         value = np.array([curve(t), curve(t, 1), curve(t, 2)])
         none = np.zeros((3, t.size))
         return Smooth(value, none, none, np.full(t.size, 2.0))
-    n = int(min(np.ceil((t[-1] - t[0]) / np.median(np.diff(t))), 4 * t.size)) + 1
-    grid = np.linspace(t[0], t[-1], n)
-    found = _per_time(smooth(curve(grid), std, bound), (t[-1] - t[0]) / (n - 1))
-    value = make_interp_spline(grid, found.value.T, k=3)(t).T
-    noise, bent = (np.array([np.interp(t, grid, x) for x in rows]) for rows in (found.std, found.bent))
-    return Smooth(value, noise, bent, np.interp(t, grid, found.window))
+    u = _local_number(t)
+    n = int(min(np.ceil(u[-1]), 4 * t.size)) + 1
+    grid = np.linspace(0.0, u[-1], n)
+    clock = make_interp_spline(u, t, k=3)(grid)
+    clock[[0, -1]] = t[[0, -1]]
+    found = _by_sample_number(clock, curve(clock), std, bound)
+    value = make_interp_spline(grid, found.value.T, k=3)(u).T
+    noise, bent = (np.array([np.interp(u, grid, x) for x in rows]) for rows in (found.std, found.bent))
+    window = np.interp(u, grid, found.window)
+    as_recorded = window <= EXACT // 2  # nothing was smoothed there, and back and forth rings at corners
+    value[0, as_recorded] = z[as_recorded]
+    return Smooth(value, noise, bent, window)
+
+
+def _local_number(t: Array) -> Array:
+    """(n,) u(t) that goes up by one in each usual step: what is usual is the median around, which may change
+    over decades as it does in a test of relaxation or creep."""
+    from scipy.integrate import cumulative_trapezoid
+    from scipy.ndimage import median_filter, uniform_filter1d
+
+    usual = median_filter(np.log(np.diff(t)), AROUND, mode="nearest")
+    if np.ptp(usual) < np.log(ALIKE):
+        return np.asarray((t - t[0]) / np.median(np.diff(t)))
+    usual = uniform_filter1d(usual, AROUND, mode="nearest")
+    rate = np.exp(-np.interp(t, (t[1:] + t[:-1]) / 2, usual))
+    return np.asarray(cumulative_trapezoid(rate, t, initial=0.0))
 
 
 def _frozen(t: Array, raw: Array, found: Smooth, std: float) -> Kinematics:
