@@ -68,18 +68,21 @@ def _effect(setting: Setting, left: Leftover, port: Port) -> Effect | None:
     name, which = left.terms
     if name == "position":
         moved = next(i.derived[1] for i in setting.model.inputs if i.derived and i.derived[0] == "rate")
-        z = max((s.inputs[moved] for s in setting.series), key=np.ptp)
-        return _wave(id, port, 2 * np.pi * float(PITCHES[int(str(which))] / np.ptp(z)))
+        stroke = np.ptp(np.concatenate([s.inputs[moved] for s in setting.series]))
+        return _wave(id, port, 2 * np.pi * float(PITCHES[int(str(which))] / stroke))
     return powers(id, port, POWERS[str(name)]) if name in POWERS else None
 
 
 def _wave(id: str, port: Port, kappa: float) -> Effect:
-    """a cos κz + b sin κz, added to the force."""
-    strengths = tuple(Strength(n, "{port}", bounds=ANY, text="amplitude") for n in "ab")
+    """Σ a_k cos kκz + b_k sin kκz, added to the force: a wave and its first harmonic."""
+    strengths = tuple(
+        Strength(f"{n}_{k}", "{port}", bounds=ANY, text="amplitude") for k in (1, 2) for n in "ab"
+    )
     shape = Shape("kappa", "1/({z})", "1", kappa / 1.3, 1.3 * kappa, text="2π over its wavelength")
 
     def terms(at: Port, p: Any) -> Any:
-        return p["a"] * cos(p["kappa"] * at["z"]) + p["b"] * sin(p["kappa"] * at["z"])
+        turns = ((k, k * p["kappa"] * at["z"]) for k in (1, 2))
+        return sum(p[f"a_{k}"] * cos(x) + p[f"b_{k}"] * sin(x) for k, x in turns)
 
     says = "a wave over displacement that describes what is left"
     return Effect(id, (port.kind,), says, SOURCE, strengths, add(terms), (shape,), ("z",))

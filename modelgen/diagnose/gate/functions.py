@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -10,24 +10,26 @@ from modelgen.fit.colour import recursive
 from modelgen.fit.series import Array
 
 
-def scaled(x: Array) -> Array:
-    """x from −1 to 1."""
-    half = float(np.ptp(x)) / 2 or 1.0
-    return (x - (x.max() + x.min()) / 2) / half
+def scaled(parts: Sequence[Array]) -> list[Array]:
+    """The recordings' values, in common from −1 to 1: one law holds in all of them."""
+    low, high = min(x.min() for x in parts), max(x.max() for x in parts)
+    half = float(high - low) / 2 or 1.0
+    return [(x - (high + low) / 2) / half for x in parts]
 
 
-def scaled_speed(v: Array) -> Array:
-    """v over the greatest but for a few samples."""
-    return v / (float(np.quantile(np.abs(v), 0.995)) or 1.0)
+def scaled_speed(parts: Sequence[Array]) -> list[Array]:
+    """The recordings' speeds over the greatest but for a few samples of all."""
+    fast = float(np.quantile(np.abs(np.concatenate(list(parts))), 0.995)) or 1.0
+    return [v / fast for v in parts]
 
 
-PITCHES = np.geomspace(1.0, 80.0, 90)
-"""Half waves in half a stroke that are tried."""
+PITCHES = np.arange(1.0, 80.0, 0.5)
+"""Half waves in half a stroke that are tried: at the ends of the stroke none is missed by more than π/4."""
 
 
 def groups() -> list[tuple[str, str, Callable[[Array, Array, Array, Array], Iterable[Array]]]]:
-    """(what it would be, port, columns of displacement, speed, time and force, each in units of its own
-    size)."""
+    """(what it would be, kind of port, columns of displacement, speed, time and force, each in units of its
+    own size)."""
 
     def position(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
         for k in PITCHES:

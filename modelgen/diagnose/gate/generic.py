@@ -158,14 +158,19 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
         for at, group, words, felt in felt_terms(fit, plain):
             best = _best_of(tangent, felt, plain, fit.white, before, at.name, words, group)
             found.append(replace(best, terms=(group, 0)))
-    for says, port, make in groups() if moved else ():
-        blocks = []
-        for k, s in enumerate(e.series):
-            force = e.raw(fit.theta, k)[0] + s.data[0]
-            z, v = scaled(s.inputs[moved]), scaled_speed(s.inputs[names["rate"]])
-            terms = np.stack(list(make(z, v, s.inputs[model.axis], scaled(force))))
-            blocks.append(plain.whiteners[k].apply(terms[None])[0].T)
-        columns = np.concatenate(blocks)
+    if not moved:
+        return found
+    z = scaled([s.inputs[moved] for s in e.series])
+    v = scaled_speed([s.inputs[names["rate"]] for s in e.series])
+    force = scaled([e.raw(fit.theta, k)[0] + s.data[0] for k, s in enumerate(e.series)])
+    for says, kind, make in groups():
+        port = next((p.name for p in model.ports if p.kind == kind), kind)
+        terms = (
+            np.stack(list(make(*x, s.inputs[model.axis], y)))
+            for *x, y, s in zip(z, v, force, e.series, strict=True)
+        )
+        blocks = (w.apply(x[None])[0].T for w, x in zip(plain.whiteners, terms, strict=True))
+        columns = np.concatenate(list(blocks))
         found.append(_best_of(tangent, columns, plain, fit.white, before, port, says, make.__name__))
     return found
 
