@@ -18,7 +18,6 @@ from modelgen.effects import CATALOGUE, Effect
 from modelgen.effects.effect import unit_omega
 from modelgen.effects.ladder import ARMS, STEP, Ladder
 from modelgen.effects.resonance import xcotx
-from modelgen.effects.softening import KRAUS
 from modelgen.models import load
 
 Array = np.ndarray
@@ -538,6 +537,8 @@ def test_a_sample_held_with_play() -> None:
     off = np.abs(found - F)[t > 0.1]
     assert np.median(off) < 1e-12 and np.mean(off > 2e-3) < 1e-3  # contact is made a sample sooner or later
     assert np.allclose(force(law, motion, base, d=0.0, T=0.05), K * z + c * v, atol=1e-12)
+    shown = force(law, motion, base | {"F_0": 5.0}, d=K * g, T=c / K)  # the sensor's, with the sample let go
+    assert np.allclose(shown, found + 5.0, atol=1e-12)
     slow = force(law, motion, {"k_D": K}, d=K * g, T=1e-9)  # no dashpot: a dead zone of the force
     assert np.allclose(slow, np.sign(z) * np.maximum(K * np.abs(z) - K * g, 0), atol=1e-9)
 
@@ -704,10 +705,10 @@ def test_a_memory_begins_behind_a_joint(law: str) -> None:
 def test_payne_softening_follows_the_amplitude() -> None:
     t = np.arange(0, 6, 0.005)
     motion = record(t, lambda x: np.where(x < 3, 1.0, 0.3) * np.sin(2 * np.pi * x))
-    F = force(find("payne_softening", "spring"), motion, k_0=1.0, A_c=0.5)
+    F = force(find("payne_softening", "spring"), motion, k_0=1.0, A_c=0.5, n_0=1.2)
     A = np.where(t < 3, 1.0, 0.3)
     steady = ((t > 1) & (t < 2.4)) | ((t > 4) & (t < 5))
-    assert np.allclose(F[steady], (motion["z"] / (1 + (A / 0.5) ** KRAUS))[steady], atol=5e-3)
+    assert np.allclose(F[steady], (motion["z"] / (1 + (A / 0.5) ** 1.2))[steady], atol=5e-3)
     F = force(find("payne_softening", "spring", "k_n"), motion, k_n=1.0, A_n=0.5, n=2.0, tau=0.3)
     followed = np.where(t < 3, 1.0, 0.3 + 0.7 * np.exp(-np.clip(t - 3, 0, None) / 0.3))
     assert np.allclose(F[120:1100], (motion["z"] / (1 + (followed / 0.5) ** 2))[120:1100], atol=0.03)
@@ -942,7 +943,7 @@ def test_the_energy_lost_to_a_force_is_its_work_over_the_cycle() -> None:
         ("contact_compliance", "displacement", {"c": 0.3}),
         ("backlash", "displacement", {"g": 0.1}),
         ("sensor_delay", "sensor", {"tau": 0.01}),
-        ("payne_softening", "spring", {"k_0": 0.5, "A_c": 0.4}),
+        ("payne_softening", "spring", {"k_0": 0.5, "A_c": 0.4, "n_0": 1.6}),
     ],
 )
 def test_generated_c_agrees(id: str, kind: str, p: dict[str, float]) -> None:

@@ -6,27 +6,37 @@ from sympy import Symbol
 
 from modelgen.effects.clearance import within
 from modelgen.effects.effect import Effect, Shape, Strength, Values, at_start
+from modelgen.effects.softening import moved_input
 from modelgen.language import Abs, Model, Piecewise, Port, State, exp
 
 # Driven at z, the sample is at z + u, |u| ≤ g: at one side of the gap or the other while it is pushed, and
 # between them where its force F(z) + K u + c u' is zero. With y = K u, d = K g, T = c/K that is
 # T y' = −(F(z) + y) within ±d; the force is F(z) + y while it is pushed, else 0. F is held over a step of y;
-# friction follows z, which differs from its own way by 2 g at most.
+# friction follows z, which differs from its own way by 2 g at most. An offset, the force where nothing is
+# deflected, is the sensor's, and stays when the sample is let go.
 
 
 def _grip(model: Model, port: Port, p: Values) -> Model:
     d, unit = p["d"], model[port.equation].unit
     y = Symbol("loose_grip_y", real=True)
-    start = within(-at_start(model, model[port.equation]), d)
+    offset = _undeflected(model, port)
+    start = within(offset - at_start(model, model[port.equation]), d)
     fading = exp(-(port["t"] - port["t_prev"]) / p["T"])
 
     def memory(F: Any) -> tuple[State, ...]:
-        update = within((y + F) * fading - F, d)
+        update = within((y + F - offset) * fading - F + offset, d)
         return (State(y.name, start, update, unit=unit, text="what the gap takes off the force"),)
 
     return model.extend(
-        port.equation, lambda F: Piecewise((F + y, Abs(y) >= d), (0, True)), statements=memory
+        port.equation, lambda F: Piecewise((F + y, Abs(y) >= d), (offset, True)), statements=memory
     )
+
+
+def _undeflected(model: Model, port: Port) -> Any:
+    """The force where nothing moves, is deflected or remembered, in parameters alone."""
+    motion = {moved_input(model).symbol, *(i.symbol for i in model.inputs if i.derived)}
+    states = {s.symbol for s in model.statements if isinstance(s, State)}
+    return at_start(model, model[port.equation], dict.fromkeys(motion | states, 0))
 
 
 loose_grip = Effect(

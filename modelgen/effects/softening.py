@@ -52,7 +52,11 @@ def way(port: Port) -> Any:
 
 def _payne(model: Model, port: Port, p: Values) -> Model:
     A = amplitude_of(moved_input(model))
-    return model.extend(port.equation, lambda k: k + p["k_0"] / (1 + (A / p["A_c"]) ** KRAUS), inputs=(A,))
+    ratio = Max(A.symbol / p["A_c"], SLIGHT)
+    return model.extend(port.equation, lambda k: k + p["k_0"] / (1 + ratio ** p["n_0"]), inputs=(A,))
+
+
+SLIGHT = 1e-6  # of the amplitude that takes half: the power's derivative by n stays finite at rest
 
 
 payne_softening = Effect(
@@ -62,7 +66,10 @@ payne_softening = Effect(
     PAYNE,
     (Strength("k_0", "{port}", text="stiffness that large amplitudes take away"),),
     _payne,
-    (Shape("A_c", "{z}", "displacement", 0.1, 2.0, 6, text="amplitude that takes half of it"),),
+    (
+        Shape("A_c", "{z}", "displacement", 0.1, 2.0, 5, text="amplitude that takes half of it"),
+        Shape("n_0", "1", "1", 0.8, 2.2, 2, log=False, text="Kraus' exponent 2m"),
+    ),
     needs=("z",),
 )
 
@@ -84,8 +91,6 @@ def _payne_followed(model: Model, port: Port, p: Values) -> Model:
     softer = p["k_n"] / (1 + Max(a.symbol / p["A_n"], SLIGHT) ** p["n"])
     return model.extend(port.equation, lambda k: k + softer, statements=(a,), inputs=(late,))
 
-
-SLIGHT = 1e-6  # of A_n: the power's derivative by n stays finite at rest
 
 payne_followed = Effect(
     "payne_softening",
