@@ -714,6 +714,20 @@ def test_payne_softening_follows_the_amplitude() -> None:
     assert np.allclose(F[120:1100], (motion["z"] / (1 + (followed / 0.5) ** 2))[120:1100], atol=0.03)
 
 
+def test_a_network_of_filler_breaks_faster_than_it_mends() -> None:
+    t = np.arange(0, 12, 0.005)
+    size = np.where((t > 4) & (t < 8), 1.0, 0.2)
+    motion = record(t, lambda x: size * np.sin(2 * np.pi * x))
+    law = find("payne_softening", "spring", "k_b")
+    F = force(law, motion, k_b=1.0, A_b=0.5, n_b=2.0, tau_b=1.5)
+    whole = [1 / (1 + (a / 0.5) ** 2) for a in (0.2, 1.0)]
+    after = np.clip(t - 8, 0, None) * (1 + 0.2**2 / 0.5**2) / 1.5
+    mended = whole[0] + (whole[1] - whole[0]) * np.exp(-after)
+    N = np.where(t < 4, whole[0], np.where(t < 8, whole[1], mended))
+    seen = (t < 3.7) | ((t > 5.5) & (t < 7.7)) | (t > 8.3)
+    assert np.allclose(F[seen], (N * motion["z"])[seen], atol=0.02)
+
+
 def test_stress_softening_by_path_and_by_peak() -> None:
     t = np.arange(0, 4, 0.005)
     motion = record(t, lambda x: np.sin(2 * np.pi * x))

@@ -33,10 +33,16 @@ def test_a_ramp_and_a_rest_have_half_their_range() -> None:
 
 
 @pytest.mark.parametrize("f", [0.3, 1.0, 7.0])
-def test_quadrature_is_a_quarter_of_a_cycle_ahead(f: float) -> None:
-    inner = slice(600, -600)
-    z = 2.0 * np.cos(2 * np.pi * f * t)
-    assert np.allclose(quadrature(z)[inner], -2.0 * np.sin(2 * np.pi * f * t)[inner], atol=0.05)
+@pytest.mark.parametrize("phase", [0.0, 0.8, -np.pi / 2])
+def test_quadrature_is_a_quarter_of_a_cycle_ahead_from_end_to_end(f: float, phase: float) -> None:
+    angle = 2 * np.pi * f * t + phase
+    assert np.allclose(quadrature(2.0 * np.cos(angle)), -2.0 * np.sin(angle), atol=0.1)
+
+
+def test_quadrature_of_a_motion_that_gets_smaller() -> None:
+    size = 3 - 2.5 * np.sin(np.pi * t / 20) ** 2
+    found = np.hypot(quadrature(size * np.sin(2 * np.pi * t)), size * np.sin(2 * np.pi * t))
+    assert np.allclose(found, size, atol=0.1)
 
 
 def test_quadrature_of_a_constant_is_zero_and_it_is_linear() -> None:

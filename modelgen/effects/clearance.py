@@ -7,7 +7,7 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, add, unit_of
-from modelgen.effects.softening import moved_input, moved_rate
+from modelgen.effects.motion import moved_input, moved_rate
 from modelgen.language import Abs, Equation, Max, Model, Parameter, Piecewise, Port, State, sign
 
 MOTION = ("z", "v", "z_prev", "z_turn")

@@ -6,7 +6,7 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, change, unit_of
-from modelgen.effects.softening import way
+from modelgen.effects.motion import way
 from modelgen.language import Model, Parameter, Piecewise, Port, State, cos, exp, pi, sin
 
 WARMS = "the stiffness changes in the course of the record, as the sample warms up"

@@ -10,7 +10,7 @@ from sympy import Symbol
 
 from modelgen.effects.effect import ANY, Apply, Effect, Shape, Strength, Values, at_start
 from modelgen.effects.friction import STRENGTHENING, position_friction
-from modelgen.effects.softening import way
+from modelgen.effects.motion import way
 from modelgen.language import Abs, Equation, Max, Model, Port, State, exp, log
 
 

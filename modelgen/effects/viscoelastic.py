@@ -17,7 +17,7 @@ from modelgen.effects.effect import (
     unit_omega,
 )
 from modelgen.effects.ladder import MEMORY, Ladder, arm, first_foot, first_motion, past, z_rest
-from modelgen.effects.softening import moved_input
+from modelgen.effects.motion import moved_input
 from modelgen.language import Model, Port, j, log, pi, powj, quadrature_of, sign
 
 SPRING = ("stiffness", "mechanical_impedance")

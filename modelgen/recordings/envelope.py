@@ -49,12 +49,23 @@ def turning_points(z: Array) -> Array:
 def quadrature(z: Array) -> Array:
     """The Hilbert transform of z (n,), a quarter of a cycle ahead of it: z = cos ωt gives −sin ωt.
 
-    The record is mirrored at both ends, so that they do not ring; a constant gives 0. With it, the loss that
-    takes the same share of the energy in each cycle, at any rate, is a force (as K + jH in the frequency
-    domain).
+    Beyond both ends the record goes on in cycles like the one that is next to the end (mirrored where it has
+    none), so that they do not ring; a constant gives 0. With it, the loss that takes the same share of the
+    energy in each cycle, at any rate, is a force (as K + jH in the frequency domain).
     """
     n = len(z)
-    x = np.concatenate([z[::-1], z, z[::-1]]) - float(np.mean(z))
+    x = np.concatenate([_continued(z[::-1])[::-1], z, _continued(z)]) - float(np.mean(z))
     spectrum = np.fft.rfft(x)
     spectrum[0] = 0.0
     return np.asarray(np.fft.irfft(1j * spectrum, len(x))[n : 2 * n])
+
+
+def _continued(z: Array) -> Array:
+    """(n,) what would follow on z (n,) if its last cycle, from one turning point to the next but one, went
+    on; without a jump."""
+    turns = turning_points(z)[1:-1]
+    if len(turns) < 3:
+        return z[::-1]
+    cycle = z[-(turns[-1] - turns[-3]) :]
+    step = z[-1] - z[-1 - len(cycle)]
+    return np.resize(cycle, len(z)) + step

@@ -165,12 +165,11 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
     force = scaled([e.raw(fit.theta, k)[0] + s.data[0] for k, s in enumerate(e.series)])
     for says, kind, make in groups():
         port = next((p.name for p in model.ports if p.kind == kind), kind)
-        terms = (
-            np.stack(list(make(*x, s.inputs[model.axis], y)))
-            for *x, y, s in zip(z, v, force, e.series, strict=True)
-        )
-        blocks = (w.apply(x[None])[0].T for w, x in zip(plain.whiteners, terms, strict=True))
-        columns = np.concatenate(list(blocks))
+        blocks = []
+        for k, s in enumerate(e.series):
+            terms = np.stack(list(make(z[k], v[k], s.inputs[model.axis], force[k])))
+            blocks.append(plain.whiteners[k].apply(terms[None])[0].T)
+        columns = np.concatenate(blocks)
         found.append(_best_of(tangent, columns, plain, fit.white, before, port, says, make.__name__))
     return found
 
