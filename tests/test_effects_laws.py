@@ -714,6 +714,14 @@ def test_payne_softening_follows_the_amplitude() -> None:
     assert np.allclose(F[120:1100], (motion["z"] / (1 + (followed / 0.5) ** 2))[120:1100], atol=0.03)
 
 
+def test_a_sensor_without_a_sign() -> None:
+    motion = record(np.linspace(0, 2, 400), wobble)
+    law = find("rectified_sensor", "sensor")
+    plain, half, whole = (force(law, motion, {"k_D": 2.0}, share=x) for x in (0.0, 0.5, 1.0))
+    assert np.allclose(plain, 2 * motion["z"]) and np.allclose(whole, np.abs(plain))
+    assert np.allclose(half, (plain + whole) / 2)
+
+
 def test_a_network_of_filler_breaks_faster_than_it_mends() -> None:
     t = np.arange(0, 12, 0.005)
     size = np.where((t > 4) & (t < 8), 1.0, 0.2)

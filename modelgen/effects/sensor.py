@@ -1,4 +1,4 @@
-"""The measuring chain: channels that are late."""
+"""The measuring chain: channels that are late, and one that loses the sign."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,7 +7,7 @@ from typing import Any
 from sympy import Rational, Symbol
 
 from modelgen.effects.effect import ANY, RARER, Apply, Effect, Strength, Values, at_start, change
-from modelgen.language import Max, Model, Port, State, cos, exp, j, sin, sqrt
+from modelgen.language import Abs, Max, Model, Port, State, cos, exp, j, sin, sqrt
 
 LATE = "one channel is recorded later than the other"
 LAG = "the force channel has a low-pass filter"
@@ -55,6 +55,17 @@ smoothed_response = Effect(
     change(lambda K, at, p: K / _bessel(j * at["omega"] * p["window"])),
     needs=("omega",),
     common=RARER,
+)
+
+rectified_sensor = Effect(
+    "rectified_sensor",
+    ("sensor",),
+    "the sensor shows how large the signal is and not its sign, as a counter of pulses does",
+    "T. Wigren, M. Schoukens, Coupled Electric Drives Data Set and Reference Models, Uppsala Univ. (2017), "
+    "sec. 2: pulse transducers that are insensitive to the sign of the speed",
+    (Strength("share", "1", bounds=(0.0, 1.0), text="1 where no sign is left"),),
+    change(lambda y, at, p: y + p["share"] * (Abs(y) - y)),
+    needs=("t",),
 )
 
 # In time, the recorded force is F − y, with y the rate of F, filtered, times τ. F is a parabola through the
@@ -148,4 +159,5 @@ smoothed_force = replace(
 
 EFFECTS = (
     delay_of_response, lag_of_response, smoothed_response, sensor_delay, force_sensor_lag, smoothed_force,
+    rectified_sensor,
 )  # fmt: skip
