@@ -169,15 +169,28 @@ def _same(a: Any, b: Any, says: str, where: Any = None) -> Any:
         return b if a is ANY else a
     if a == b:
         return a
-    from modelgen.units import registry
+    from modelgen.units import bridge, shown
 
-    ureg = registry()
-    if a.dimensionality != b.dimensionality or (
-        a.dimensionality and abs(ureg.Quantity(1.0, a).to(b).magnitude - 1) > 1e-9  # deg, rad and 1 pass
-    ):
-        shown = f", in {_short(where)}" if where is not None else ""
-        raise _UnitError(says.format(f"{a:~}" or "1", f"{b:~}" or "1") + shown)
+    if not (a.dimensionality or b.dimensionality):  # deg, rad and 1 pass
+        return a
+    scales = bridge(a, b)
+    if scales is None or abs(scales[0] - 1) > 1e-9:
+        place = f", in {_short(where)}" if where is not None else ""
+        cure = _cure(shown(a), scales) if a.dimensionality == b.dimensionality else ""
+        raise _UnitError(says.format(shown(a), shown(b)) + place + cure)
     return a
+
+
+def _cure(found: str, scales: tuple[float, str] | None) -> str:
+    """What to do about two units of one dimension."""
+    same = "write all in one unit (columns of recordings are converted anyway)"
+    if scales is None:
+        return f"; they have not the same zero: {same}"
+    ratio, unit = scales
+    return (
+        f"; they differ by a factor of {max(ratio, 1 / ratio):.6g}: {same}, or multiply what is in {found} "
+        f'by Parameter("per", "{unit}", {ratio:.15g}, known=True), as a plain number has no unit'
+    )
 
 
 def _unit(expr: Any, units: dict[str, Any], one: Any) -> Any:
