@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from modelgen.errors import InputError, did_you_mean
+from modelgen.language.meant import expressions, symbols
 from modelgen.language.quantities import Equation, Implicit, State
 
 if TYPE_CHECKING:
@@ -65,14 +66,6 @@ def _check_names(model: Model) -> None:
                 )
 
 
-def _expressions(s: Any) -> list[Any]:
-    if isinstance(s, Equation):
-        return [s.expr]
-    if isinstance(s, Implicit):
-        return [s.residual, *s.bracket]
-    return [e for e in (s.initial, s.update, s.rate) if e is not None]
-
-
 def _check_use(model: Model) -> None:
     """Every symbol is declared, and an equation is used only after it stands."""
     scalars = [p.name for p in model.scalar_parameters]
@@ -95,7 +88,7 @@ def _check_use(model: Model) -> None:
                     "wanted inputs and parameters alone"
                 )
         own = {s.name} if isinstance(s, Implicit) else set()
-        for e in _expressions(s):
+        for e in expressions(s):
             for name in sorted(_names(e) - known - own):
                 later = " (it stands further down)" if name in {x.name for x in model.statements} else ""
                 raise InputError(
@@ -107,18 +100,7 @@ def _check_use(model: Model) -> None:
 
 @lru_cache(maxsize=4096)
 def _names(expr: Any) -> frozenset[str]:
-    """What an expression uses; models that share equations ask for it again and again.
-
-    A part that stands in many places is looked at once: written out, the start of a state may be vast.
-    """
-    seen: dict[int, Any] = {}
-    ahead = [expr]
-    while ahead:
-        part = ahead.pop()
-        if id(part) not in seen:
-            seen[id(part)] = part
-            ahead.extend(part.args)
-    return frozenset(part.name for part in seen.values() if isinstance(part, sp.Symbol))
+    return frozenset(x.name for x in symbols(expr))
 
 
 class _UnitError(Exception):
