@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import numpy as np
+import pytest
 from sympy import Symbol
 
+from modelgen.cli import main
 from modelgen.fit.series import signature_of
 from modelgen.language import (
     Condition,
@@ -55,3 +60,44 @@ def test_what_is_complex_stays_complex() -> None:
     model = Model("z", (f,), (R, S), (Y, Z), ("Z",))
     assert model["Z"].complex
     assert model["Z"].expr == Y.symbol + S.re.symbol and Y.symbol.is_real is None
+
+
+LAG = """
+from modelgen.language import *
+t, u = Input("t", "s"), Input("u", "V")
+tau = Parameter("tau", "s", 0.2, (0.01, 10.0))
+T_0 = Parameter("T_0", "K", 290.0, (280.0, 310.0))
+x = State("x", T_0, rate=(Parameter("K", "K/V", 1.0, known=True) * u + T_0 - Symbol("x")) / tau, unit="K")
+lag = Model("lag", (t, u), (tau, T_0, Parameter("K", "K/V", 1.0, known=True)), (x,), ("x",),
+            (Port("thermometer", "KIND", "x"),))
+"""
+CASE = 'model = "lag.py:lag"\n[[recording]]\nfile = "lag.csv"\n'
+
+
+@pytest.fixture
+def lag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a good case of a user's model, where the commands run."""
+    t = np.arange(0, 4, 0.02)
+    noise = 0.01 * np.random.default_rng(3).standard_normal(t.size)
+    rows = np.stack([t, np.sin(3 * t), 291 + 0.9 * np.sin(3 * t - 0.5) + noise], axis=1)
+    np.savetxt(tmp_path / "lag.csv", rows, delimiter=",", header="t [s],u [V],x [K]", comments="")
+    (tmp_path / "lag.py").write_text(LAG.replace("KIND", "sensor"))
+    (tmp_path / "case.toml").write_text(CASE)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("kind", "near"), [("senser", ", did you mean 'sensor'?"), ("sensor", ""), ("qqqq", "")]
+)
+def test_a_misspelt_kind_of_port_is_told_by_every_command(
+    kind: str, near: str, lag: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A kind that is near to none may be one for effects of the user's own."""
+    (lag / "lag.py").write_text(LAG.replace("KIND", kind))
+    told = f"port 'thermometer': no effect knows the kind '{kind}'"
+    for arguments in (["fit", "case.toml"], ["build", "lag.py:lag"], ["export", "lag.py:lag"]):
+        assert main(arguments) == 0
+        out, err = capsys.readouterr()
+        said = " ".join((out if arguments[0] == "fit" else err).split())
+        assert (told + near in said) if near else ("no effect knows" not in said), arguments

@@ -98,6 +98,7 @@ def _result(
             *_notes(case, outcome, found, over["fit"], all(s.stated for s in ex.series)),
             *broken(model, _values(ex, theta)),
             *map(str, confusions(ex, theta, known)),
+            *_kinds(model),
         ),
         traces=tuple(make_trace(model, s, raw, raw, np.zeros(s.n, bool), s.whitener) for s, raw, _ in parts),
     )  # fmt: skip
@@ -199,6 +200,15 @@ def _whitened(ex: Experiment, theta: Vector) -> Sequence[tuple[Series, Array]]:
 def _values(ex: Experiment, theta: Vector) -> dict[str, float]:
     """Every parameter's value in the first recording."""
     return held_values(ex, 0) | dict(zip(ex.layout.wrt, ex.local(theta, 0).tolist(), strict=True))
+
+
+def _kinds(model: Model) -> tuple[str, ...]:
+    """Notes on misspelt kinds of ports; our own models have none, and the catalogue takes time to load."""
+    if model.checked:
+        return ()
+    from modelgen.effects.kinds import unknown_kinds
+
+    return unknown_kinds(model)
 
 
 def _rms(arrays: Sequence[Array]) -> float:
