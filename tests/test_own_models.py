@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from sympy import Symbol
 
+from modelgen.api import open_case
 from modelgen.cli import main
+from modelgen.errors import InputError
 from modelgen.fit.series import signature_of
 from modelgen.language import (
     Condition,
@@ -101,3 +103,17 @@ def test_a_misspelt_kind_of_port_is_told_by_every_command(
         out, err = capsys.readouterr()
         said = " ".join((out if arguments[0] == "fit" else err).split())
         assert (told + near in said) if near else ("no effect knows" not in said), arguments
+
+
+def test_bounds_in_another_unit_than_the_model_s_are_refused(lag: Path) -> None:
+    for bounds, apart in (("[17, 27]", True), ("[310, 400]", True), ("[200, 281]", False)):
+        (lag / "case.toml").write_text(CASE.replace("[[rec", f"[bounds]\nT_0 = {bounds}\n[[rec"))
+        if not apart:
+            open_case("case.toml")
+            continue
+        with pytest.raises(InputError) as told:
+            open_case("case.toml")
+        assert str(told.value) == (
+            f"case.toml, [bounds] T_0 = {bounds}: apart from lag's own bounds [280, 310]; "
+            "numbers of a case are in the model's units, here K"
+        )
