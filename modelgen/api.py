@@ -9,6 +9,7 @@ from modelgen.fit.series import signature_of
 from modelgen.language import Model
 from modelgen.models import load
 from modelgen.recordings import Case, load_case, read_case_file
+from modelgen.units import unit_text
 
 
 def open_case(path: str | Path) -> tuple[Model, Case]:
@@ -23,6 +24,7 @@ def open_case(path: str | Path) -> tuple[Model, Case]:
         model = model.variant(**case_file.options)
     case = load_case(case_file, signature_of(model))
     _check_signs(model, case)
+    _check_bounds(model, case)
     return model, case
 
 
@@ -35,6 +37,19 @@ def _check_signs(model: Model, case: Case) -> None:
         low = model.parameter(name).bounds[0]
         if value < 0 <= low:
             raise InputError(f"{case.path}, {place} {name}: {value:g} is below {low:g}, its least value")
+
+
+def _check_bounds(model: Model, case: Case) -> None:
+    """Bounds of a case and of its model have values in common; else they were meant in another unit."""
+    for name, (low, high) in case.bounds.items():
+        p = model.parameter(name)
+        least, most = p.bounds
+        if high <= least or low >= most:
+            unit = unit_text(p.unit) or "1, a pure number"
+            raise InputError(
+                f"{case.path}, [bounds] {name} = [{low:g}, {high:g}]: apart from {model.id}'s own bounds "
+                f"[{least:g}, {most:g}]; numbers of a case are in the model's units, here {unit}"
+            )
 
 
 def read_case(path: str | Path) -> Case:

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 
 RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹"
-LOWERED, LIFTED = str.maketrans(RAISED, "0123456789"), str.maketrans("0123456789", RAISED)
+LOWERED, LIFTED = str.maketrans(RAISED, "0123456789"), str.maketrans("0123456789-+.", RAISED + "⁻⁺·")
+NAMED = {"ohm": "Ω", "deg": "°", "degC": "°C", "um": "µm", "uohm": "µΩ", "mohm": "mΩ", "kohm": "kΩ"}
 
 
 @cache
@@ -86,3 +87,40 @@ def tidy(unit: str) -> str:
     parsed = parse(unit)
     text = re.sub(r"\*\*(\d+)(?![.\d])", lambda p: p[1].translate(LIFTED), f"{parsed:~C}")
     return text.replace("**", "^").replace("*", "·").replace("Ω", "ohm") or "1"
+
+
+def unit_text(unit: str) -> str:
+    """A unit as it is printed: "N*s/mm**2" → "N·s/mm²"; a pure number has none."""
+    if unit.strip() in ("", "1", "dimensionless"):
+        return ""
+    raised = re.sub(r"(?:\*\*|\^)\(?(-?\d+(?:\.\d+)?)\)?", lambda m: m[1].translate(LIFTED), unit)
+    return re.sub(r"[A-Za-z]+", lambda m: NAMED.get(m[0], m[0]), raised).replace("*", "·")
+
+
+def shown(unit: pint.Unit) -> str:
+    """A unit that was computed, as it is printed; "1" for none."""
+    return unit_text(f"{unit:~C}") or "1"
+
+
+def bridge(found: pint.Unit, wanted: pint.Unit) -> tuple[float, str] | None:
+    """How many `wanted` one `found` is, and the unit in which that number is 1, so that a product of it and
+    something in `found` is in `wanted`: (1000, "mm/m") from m/s to mm/s.
+
+    None where no product does it: another dimension, or another zero, as of °C.
+    """
+    units = registry()
+    if found.dimensionality != wanted.dimensionality or units.Quantity(0.0, found).to(wanted).magnitude:
+        return None
+    ratio = float(units.Quantity(1.0, found).to(wanted).magnitude)
+    simple = [u for name in (*found._units, *wanted._units) for u in _prefixed(name)]
+    simple = [u for u in simple if abs(units.Quantity(ratio, u).to("").magnitude - 1) < 1e-9]
+    simple.sort(key=lambda u: "kilogram" in u._units)  # rather m/mm than kg/g
+    return ratio, tidy(f"{next(iter(simple), wanted / found):~C}")
+
+
+def _prefixed(name: str) -> tuple[pint.Unit, ...]:
+    """A unit with a prefix over the same without, and the other way round: mm/m, m/mm."""
+    units = registry()
+    prefix, plain, _ = units.parse_unit_name(name)[0]
+    up = units.Unit(name) / units.Unit(plain)
+    return (up, 1 / up) if prefix else ()

@@ -399,6 +399,26 @@ def test_the_same_in_a_process_of_its_own(folder: Path) -> None:
         assert done.stderr.startswith("modelgen: ") and done.stderr.count("\n") == 1
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="a closed pipe is told otherwise there")
+@pytest.mark.parametrize(
+    "arguments",
+    [["fit", "case.toml", "--json", "out.json"], ["fit", ".", "--json", "out.json"], ["list"], ["--help"]],
+)
+def test_a_reader_that_goes_is_no_error(arguments: list[str], folder: Path) -> None:
+    """As `| head` does: status 0 and nothing on stderr, and what is written to files is whole."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    code = "import sys; from modelgen.cli import main; sys.exit(main())"
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        stdout=writing, stderr=subprocess.PIPE, text=True, cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (folder / "out.json").exists() is ("--json" in arguments)
+
+
 def test_a_fit_that_is_right_is_not_refused_for_lack_of_noise(folder: Path) -> None:
     """A record without any scatter still has a noise level other than 0."""
     f = np.arange(20, 420, 20)

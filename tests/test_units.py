@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from modelgen.errors import InputError
+from modelgen.language import Equation, Model, Parameter
 from modelgen.units import factor, parse, tidy
 
 
@@ -59,3 +60,41 @@ def test_what_is_tidied_reads_back() -> None:
 def test_an_unknown_unit_is_said_to_be_one() -> None:
     with pytest.raises(InputError, match="unknown unit 'furlongs per'"):
         parse("furlongs per")
+
+
+SCALES = [
+    ("m/s", "mm/s", "mm/m", 1000.0),
+    ("kg*mm/s**2", "N", "m/mm", 0.001),
+    ("1/mohm", "F*rad/s", "mohm/ohm", 1000.0),
+    ("N", "N*m/mm", "m/mm", 0.001),
+    ("min", "s", "s/min", 60.0),
+    ("N*m/deg", "N*m", "deg", 57.2957795130823),
+]
+
+
+@pytest.mark.parametrize(("found", "wanted", "per", "times"), SCALES)
+def test_another_scale_of_one_dimension_is_told_with_its_cure(
+    found: str, wanted: str, per: str, times: float
+) -> None:
+    a, b = Parameter("a", found, 1.0), Parameter("b", wanted, 1.0)
+    cure = f'Parameter("per", "{per}", {times:.15g}, known=True)'
+    for expr in (1000 * a, a + b):
+        with pytest.raises(InputError) as told:
+            Model("m", (), (a, b), (Equation("v", expr, wanted),), ("v",))
+        said = str(told.value)
+        assert f"differ by a factor of {max(times, 1 / times):.6g}" in said and cure in said
+        assert " / " not in said and "**" not in said
+    factor_of = Parameter("per", per, times, known=True)
+    Model("m", (), (a, b, factor_of), (Equation("v", factor_of * a + b, wanted),), ("v",))
+
+
+def test_units_in_messages_are_written_as_in_tables() -> None:
+    a = Parameter("a", "kg*mm/s**2", 1.0)
+    with pytest.raises(InputError, match=r"right-hand side is in kg·mm/s², 'v' in Ω·s⁰·⁵$"):
+        Model("m", (), (a,), (Equation("v", a, "ohm*s**0.5"),), ("v",))
+
+
+def test_temperatures_differ_by_more_than_a_factor() -> None:
+    a = Parameter("a", "degC", 1.0)
+    with pytest.raises(InputError, match="is in °C, 'T' in K; they have not the same zero: write all in one"):
+        Model("m", (), (a,), (Equation("T", a, "K"),), ("T",))

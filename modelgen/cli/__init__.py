@@ -31,7 +31,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return status if isinstance(status, int) else 0
     except ModelgenError as why:
         return _say(str(why), 2)
-    except BrokenPipeError:  # the reader of a pipe has gone, as `| head` does
+    except (BrokenPipeError, SystemExit) as why:  # the reader of a pipe has gone, as `| head` does
+        # Rich and Click know it, too, and make an exit with status 1 of it
+        if isinstance(why, SystemExit) and not isinstance(why.__context__, BrokenPipeError):
+            raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as why:

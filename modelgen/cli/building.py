@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from modelgen.cli.console import check_output, console
+from modelgen.cli.console import check_output, console, note
 from modelgen.codegen import Function, build, generate
 from modelgen.codegen.roofline import Roof, roofline
 from modelgen.errors import InputError
@@ -34,6 +34,7 @@ def build_models(specs: Sequence[str], out: Path) -> None:
     to = console()
     to.print(_rooflines(functions))
     to.print(f"C of {len(models)} model{'s' * (len(models) > 1)} in {out}")
+    _note_kinds(models)
 
 
 def _rooflines(functions: Sequence[Function]) -> Table:
@@ -80,6 +81,15 @@ def export_models(
     )
     for path in files:
         to.print(str(path), soft_wrap=True)
+    _note_kinds(models)
+
+
+def _note_kinds(models: Sequence[Model]) -> None:
+    """Say where a port's kind is probably misspelt; in our own models none is."""
+    if own := [model for model in models if not model.checked]:
+        from modelgen.effects.kinds import unknown_kinds
+
+        note(f"{model.id}, {text}" for model in own for text in unknown_kinds(model))
 
 
 def settings_of(models: Sequence[Model], settings: Settings) -> list[Settings]:

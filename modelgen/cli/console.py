@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,6 +24,12 @@ def console() -> Console:
 
     found = Console(highlight=False, markup=False)
     return found if found.is_terminal else Console(highlight=False, markup=False, width=PLAIN_WIDTH)
+
+
+def note(texts: Iterable[str]) -> None:
+    """Remarks for a reader, on stderr: what a command prints may be read by another."""
+    for text in texts:
+        print(f"modelgen: note: {text}", file=sys.stderr)
 
 
 @contextmanager

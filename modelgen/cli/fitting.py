@@ -93,7 +93,7 @@ def print_fit(result: FitResult, to: Console) -> None:
             r.file,
             r.role,
             str(r.points),
-            f"{number(r.rms)} {unit_text(r.unit)}",
+            ", ".join(f"{number(x)} {unit_text(u)}".rstrip() for x, u in ((r.rms, r.unit), *r.others)),
             number(r.rms_over_noise),
         )
         met.add_row(*(Text(cell) for cell in cells))

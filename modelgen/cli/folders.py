@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from modelgen.api import open_case
 from modelgen.cli.console import check_output, console, spare
@@ -18,6 +19,9 @@ from modelgen.fit.farm import dask_executor, fit_cases, process_executor
 from modelgen.language import Model
 from modelgen.recordings import Case
 from modelgen.report.table import table
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 Opened = dict[str, tuple[Model, Case]]
 
@@ -39,16 +43,19 @@ def fit_folder(
         results = fit_cases(list(cases.values()), chosen, seed, executor=executor)
     shown = table("case", "model", "rms over noise", "held out", "seconds")
     found: dict[str, Any] = {}
+    titles, remarks = _titles(cases), []
     for name, result in zip(cases, results, strict=True):
         if isinstance(result, InputError):
             wrong[name] = str(result)
             continue
         found[name] = result.to_dict()
         over = result.rms_over_noise
-        figures = [f"{over[k]:.3g}" if over[k] == over[k] else "" for k in ("fit", "holdout")]
-        shown.add_row(name, result.model, *figures, f"{result.seconds:.2f}")
-    console().print(shown)
-    _finish(found, wrong, file, "modelgen.fits/1")
+        figures = [_figure(over.get(k)) for k in ("fit", "holdout")]
+        shown.add_row(titles[name], result.model, *figures, f"{result.seconds:.2f}")
+        remarks += [f"{titles[name]}: {text}" for text in (*result.undetermined, *result.warnings)]
+    _write(found, wrong, file, "modelgen.fits/1")
+    _show(shown, remarks)
+    _refuse(wrong)
 
 
 def diagnose_folder(
@@ -69,6 +76,7 @@ def diagnose_folder(
         verdicts = diagnose_cases(cases, out, effects=more, seed=seed, executor=executor)
     shown = table("case", "model", "verdict", "rms over noise")
     found: dict[str, Any] = {}
+    titles = _titles(cases)
     for name, verdict in verdicts.items():
         if isinstance(verdict, InputError):
             wrong[name] = str(verdict)
@@ -77,9 +85,10 @@ def diagnose_folder(
         effects_found = ", ".join(e["id"] for e in verdict["effects"])
         over = verdict["fit"]["after"]["fit_rms_over_noise"]
         says = "adequate" if verdict["adequate"] else effects_found or "inadequate"
-        shown.add_row(name, verdict["model"], says, "" if over is None else f"{over:.3g}")
-    console().print(shown)
-    _finish(found, wrong, file, "modelgen.verdicts/1")
+        shown.add_row(titles[name], verdict["model"], says, _figure(over))
+    _write(found, wrong, file, "modelgen.verdicts/1")
+    _show(shown)
+    _refuse(wrong)
 
 
 def _opened(path: Path) -> tuple[Opened, dict[str, str]]:
@@ -98,17 +107,41 @@ def _opened(path: Path) -> tuple[Opened, dict[str, str]]:
     return cases, wrong
 
 
+def _titles(names: Iterable[str]) -> dict[str, str]:
+    """What each case is called in a table: its folder where it is the one case in it, "01" for "01/case"."""
+    names = tuple(names)
+    folders = Counter(str(Path(name).parent) for name in names)
+    alone = {name: str(Path(name).parent) for name in names if folders[str(Path(name).parent)] == 1}
+    return {n: alone[n] if alone.get(n, ".") not in (".", *names) else n for n in names}
+
+
+def _figure(value: float | None) -> str:
+    return "–" if value is None or value != value else f"{value:.3g}"
+
+
+def _show(shown: Table, remarks: Sequence[str] = ()) -> None:
+    from rich.text import Text
+
+    to = console()
+    to.print(shown)
+    for k, text in enumerate(remarks):
+        to.print(Text("\n" * (k == 0) + text))
+
+
 def _executor(dask: str, tasks: int) -> AbstractContextManager[Executor]:
     """The cluster's, or processes on this machine."""
     return dask_executor(dask) if dask else process_executor(tasks)
 
 
-def _finish(found: Mapping[str, Any], wrong: Mapping[str, str], file: Path | None, schema: str) -> None:
-    """Write the JSON. Raises InputError when a case was wrong, after the others are safe."""
+def _write(found: Mapping[str, Any], wrong: Mapping[str, str], file: Path | None, schema: str) -> None:
     if file is not None:
         cases = {**found, **{name: {"error": text} for name, text in wrong.items()}}
         text = json.dumps({"schema": schema, "cases": cases}, indent=1, ensure_ascii=False)
         write_atomically(file, text + "\n")
+
+
+def _refuse(wrong: Mapping[str, str]) -> None:
+    """Raise InputError when a case was wrong, once the others are safe."""
     if wrong:
         name, text = next(iter(wrong.items()))
         more = f" ({len(wrong) - 1} more cases failed)" if len(wrong) > 1 else ""

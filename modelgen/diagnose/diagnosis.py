@@ -29,11 +29,12 @@ from modelgen.diagnose.noise.noise import marked, masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.diagnose.noise.staircase import rounded
 from modelgen.diagnose.noise.thin import thin
-from modelgen.diagnose.own_effects import check_effects, unknown_kinds, unused
+from modelgen.diagnose.own_effects import check_effects, unused
 from modelgen.diagnose.search.search import search, white_judge
 from modelgen.diagnose.verdict import Verdict
 from modelgen.diagnose.whole_ports import whole
 from modelgen.effects import Effect
+from modelgen.effects.kinds import unknown_kinds
 from modelgen.fit.experiment import Experiment, experiment
 from modelgen.fit.motion import MotionError, allowing, motion_error
 from modelgen.fit.scatter import local_scatter, rounding
@@ -97,7 +98,7 @@ def _diagnosed(
     case, notes = thin(model, case)
     case, ground, smooth = _prepared(model, case, seed)
     seen = (*unresolved(model, ground.series), *mirrored(model, case, ground.base, seed))
-    notes = (*notes, *unknown_kinds(model, catalogue), *seen, *smooth)
+    notes = (*notes, *unknown_kinds(model, own), *seen, *smooth)
     if progress:
         progress(0.15, "base fitted")
     ground, setting, outcome = _searched(model, case, ground, catalogue, seed, progress)

@@ -49,13 +49,6 @@ def _check_laws(effects: Sequence[Effect], model: Model) -> None:
                 raise InputError(f"effect '{e.id}' at port '{port.name}' of {model.id}: {what}") from None
 
 
-def unknown_kinds(model: Model, catalogue: Sequence[Effect]) -> tuple[str, ...]:
-    """Notes on ports whose kind no effect knows, though it is near to one: rather a slip of the pen."""
-    known = {k for e in catalogue for k in e.kinds}
-    near = ((p, did_you_mean(p.kind, known)) for p in model.ports if p.kind not in known)
-    return tuple(f"port '{p.name}': no effect knows the kind '{p.kind}'{n}" for p, n in near if n)
-
-
 def unused(effects: Sequence[Effect], model: Model, additions: Sequence[Addition]) -> tuple[str, ...]:
     """Notes on effects that are none of the `additions` which model and recordings allow: each with the
     reason."""

@@ -36,14 +36,16 @@ def held_values(ex: Experiment, k: int) -> dict[str, float]:
     return known | dict(ex.constants) | dict(ex.series[k].constants)
 
 
-def broken(model: Model, values: Mapping[str, float]) -> tuple[str, ...]:
-    """A sentence for each condition of `model` that `values`, by name, do not meet."""
+def broken(model: Model, values: Mapping[str, float], constrained: bool = False) -> tuple[str, ...]:
+    """A sentence for each condition of `model` that `values`, by name, do not meet. constrained: they were
+    to, so that this is no cure."""
+    cure = "" if constrained else "; `--constrained` fits within it"
     said = []
     for condition in model.conditions:
         at = {s: values[s.name] for s in condition.expr.free_symbols}
         terms = [float(term.xreplace(at)) for term in condition.expr.as_ordered_terms()]
         if sum(terms) < -ROUNDING * max(map(abs, terms)):
-            said.append(f"no passive device has these values: it is not so that {condition.says}")
+            said.append(f"these values break a rule of passive devices, that {condition.says}{cure}")
     return tuple(said)
 
 

@@ -19,7 +19,8 @@ from modelgen.fit.motion import with_motion
 from modelgen.fit.multistart import MultiStart
 from modelgen.fit.problem import Problem, Vector, wide
 from modelgen.fit.recipe import Recipe, fit_recipe
-from modelgen.fit.result import Estimate, FitResult, RecordingFit, estimates
+from modelgen.fit.remarks import arrived, misfit, warnings
+from modelgen.fit.result import FitResult, RecordingFit, estimates
 from modelgen.fit.separating import confusions
 from modelgen.fit.series import Array, Series, make_series
 from modelgen.fit.trace import make_trace
@@ -29,7 +30,6 @@ from modelgen.recordings import Case, Recording
 
 STARTS = 10  # of each of the two parts of the default search
 REACH = 30.0  # a parameter without a range is searched from its start divided to its start times this
-MISFIT = 1.5  # rms over noise above which a note says that the model leaves something out
 
 
 def fit(
@@ -76,11 +76,17 @@ def fit(
     moved = with_motion(ex, case, case.fit, outcome.theta)
     if moved is not ex:
         ex, problem, outcome = moved, *_again(moved, problem, outcome, constrained)
-    return _result(ex, case, problem, outcome, says, began)
+    return _result(ex, case, problem, outcome, says, began, constrained)
 
 
 def _result(
-    ex: Experiment, case: Case, problem: Problem, outcome: Outcome, method: str, began: float
+    ex: Experiment,
+    case: Case,
+    problem: Problem,
+    outcome: Outcome,
+    method: str,
+    began: float,
+    constrained: bool,
 ) -> FitResult:
     """Uncertainties at an optimum, hold-out recordings predicted from it, and what a reader should know."""
     model, theta = ex.model, outcome.theta
@@ -89,16 +95,19 @@ def _result(
     parts += [predict(ex, case, theta, r) for r in case.holdout]
     found = estimates(problem, theta, known)
     over = {role: _rms([w for s, _, w in parts if s.role == role]) for role in ("fit", "holdout")}
+    amiss = (
+        *warnings(case, outcome, found, parts, over["fit"]),
+        *broken(model, _values(ex, theta), constrained),
+        *map(str, confusions(ex, theta, known)),
+        *_kinds(model),
+    )
+    size = misfit(parts, over["fit"], all(s.stated for s in ex.series))
     return FitResult(
         model=model.id, parameters=found, correlation=known.correlation, rank=known.rank,
         undetermined=known.undetermined, rms=_by_unit(model, parts), rms_over_noise=over,
         seconds=time.perf_counter() - began, reason=outcome.reason.value, method=method,
         recordings=tuple(_recording(model, *p) for p in parts),
-        notes=(
-            *_notes(case, outcome, found, over["fit"], all(s.stated for s in ex.series)),
-            *broken(model, _values(ex, theta)),
-            *map(str, confusions(ex, theta, known)),
-        ),
+        notes=(*amiss, *size, *arrived(outcome)), warnings=amiss,
         traces=tuple(make_trace(model, s, raw, raw, np.zeros(s.n, bool), s.whitener) for s, raw, _ in parts),
     )  # fmt: skip
 
@@ -201,6 +210,15 @@ def _values(ex: Experiment, theta: Vector) -> dict[str, float]:
     return held_values(ex, 0) | dict(zip(ex.layout.wrt, ex.local(theta, 0).tolist(), strict=True))
 
 
+def _kinds(model: Model) -> tuple[str, ...]:
+    """Notes on misspelt kinds of ports; our own models have none, and the catalogue takes time to load."""
+    if model.checked:
+        return ()
+    from modelgen.effects.kinds import unknown_kinds
+
+    return unknown_kinds(model)
+
+
 def _rms(arrays: Sequence[Array]) -> float:
     """Root of the mean square over all numbers in `arrays`; NaN for none."""
     return float(np.sqrt(np.mean(np.concatenate([a.ravel() for a in arrays]) ** 2))) if arrays else np.nan
@@ -229,23 +247,6 @@ def _by_unit(model: Model, parts: Sequence[tuple[Series, Array, Array]]) -> dict
 
 
 def _recording(model: Model, s: Series, raw: Array, white: Array) -> RecordingFit:
-    unit, e = next(iter(channels(model, s, raw).items()))
-    return RecordingFit(s.name, s.role, s.n, _rms([e]), unit, _rms([white]))
-
-
-def _notes(
-    case: Case, outcome: Outcome, found: Sequence[Estimate], over: float, stated: bool
-) -> tuple[str, ...]:
-    """What a reader of the result should know, in sentences."""
-    notes = [warning for r in case.recordings for warning in r.warnings]
-    notes += [f"{e.name} lies on its bound" for e in found if e.at_bound]
-    if over > MISFIT:
-        noise = "the noise" if stated else "what neighbouring samples scatter by"
-        other = "" if stated else ", or the noise is not independent from sample to sample"
-        notes.append(
-            f"the residual is {over:.3g} times {noise}: the model leaves something out, which standard "
-            f"deviations do not cover{other}; `modelgen diagnose` looks for it"
-        )
-    if outcome.starts > 1:
-        notes.append(f"{outcome.reached} of {outcome.starts} starts reached this optimum")
-    return tuple(notes)
+    (unit, rms), *others = ((unit, _rms([e])) for unit, e in channels(model, s, raw).items())
+    more = tuple((x, u) for u, x in others)
+    return RecordingFit(s.name, s.role, s.n, rms, unit, _rms([white]), more)

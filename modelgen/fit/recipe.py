@@ -280,6 +280,7 @@ def fit_recipe(
     ]
     last = found.stages[-1]
     values = {p.name: p.default for p in model.scalar_parameters} | dict(case.constants) | dict(found.values)
+    amiss = broken(model, {n: v for n, v in values.items() if v is not None}, constrained)
     with np.errstate(invalid="ignore", divide="ignore"):
         std = np.sqrt(found.covariance.diagonal())
         correlation = found.covariance / np.outer(std, std)
@@ -297,5 +298,6 @@ def fit_recipe(
         seconds=time.perf_counter() - began,
         reason=last.outcome.reason.value,
         method=recipe.text or recipe.name,
-        notes=(*stages, *broken(model, {n: v for n, v in values.items() if v is not None})),
+        notes=(*stages, *amiss),
+        warnings=amiss,
     )

@@ -34,7 +34,10 @@ class Estimate:
 
 @dataclass(frozen=True)
 class RecordingFit:
-    """How one recording is fitted: rms of the residual in the output's unit, and relative to the noise."""
+    """How one recording is fitted: rms of the residual in the output's unit, and relative to the noise.
+
+    others: (rms, unit) of outputs in further units.
+    """
 
     file: str
     role: str
@@ -42,6 +45,7 @@ class RecordingFit:
     rms: float
     unit: str
     rms_over_noise: float
+    others: tuple[tuple[float, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -50,7 +54,8 @@ class FitResult:
 
     rms_over_noise: {"fit": …, "holdout": …}, 1 where only noise is left. correlation (p, p), rank and
     `undetermined` (sentences) as in `Uncertainty`. A figure that does not exist is NaN here and null in the
-    JSON. traces: what `plot` draws.
+    JSON. warnings: those of `notes` that say more than how large the residual is and how many starts arrived.
+    traces: what `plot` draws.
     """
 
     model: str
@@ -65,6 +70,7 @@ class FitResult:
     method: str
     recordings: tuple[RecordingFit, ...] = ()
     notes: tuple[str, ...] = field(default=())
+    warnings: tuple[str, ...] = field(default=())
     traces: tuple[Trace, ...] = field(default=(), compare=False, repr=False)
 
     def __getitem__(self, name: str) -> Estimate:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from modelgen.errors import InputError, did_you_mean
+from modelgen.language.meant import expressions, symbols
 from modelgen.language.quantities import Equation, Implicit, State
 
 if TYPE_CHECKING:
@@ -65,14 +66,6 @@ def _check_names(model: Model) -> None:
                 )
 
 
-def _expressions(s: Any) -> list[Any]:
-    if isinstance(s, Equation):
-        return [s.expr]
-    if isinstance(s, Implicit):
-        return [s.residual, *s.bracket]
-    return [e for e in (s.initial, s.update, s.rate) if e is not None]
-
-
 def _check_use(model: Model) -> None:
     """Every symbol is declared, and an equation is used only after it stands."""
     scalars = [p.name for p in model.scalar_parameters]
@@ -95,7 +88,7 @@ def _check_use(model: Model) -> None:
                     "wanted inputs and parameters alone"
                 )
         own = {s.name} if isinstance(s, Implicit) else set()
-        for e in _expressions(s):
+        for e in expressions(s):
             for name in sorted(_names(e) - known - own):
                 later = " (it stands further down)" if name in {x.name for x in model.statements} else ""
                 raise InputError(
@@ -107,18 +100,7 @@ def _check_use(model: Model) -> None:
 
 @lru_cache(maxsize=4096)
 def _names(expr: Any) -> frozenset[str]:
-    """What an expression uses; models that share equations ask for it again and again.
-
-    A part that stands in many places is looked at once: written out, the start of a state may be vast.
-    """
-    seen: dict[int, Any] = {}
-    ahead = [expr]
-    while ahead:
-        part = ahead.pop()
-        if id(part) not in seen:
-            seen[id(part)] = part
-            ahead.extend(part.args)
-    return frozenset(part.name for part in seen.values() if isinstance(part, sp.Symbol))
+    return frozenset(x.name for x in symbols(expr))
 
 
 class _UnitError(Exception):
@@ -169,15 +151,28 @@ def _same(a: Any, b: Any, says: str, where: Any = None) -> Any:
         return b if a is ANY else a
     if a == b:
         return a
-    from modelgen.units import registry
+    from modelgen.units import bridge, shown
 
-    ureg = registry()
-    if a.dimensionality != b.dimensionality or (
-        a.dimensionality and abs(ureg.Quantity(1.0, a).to(b).magnitude - 1) > 1e-9  # deg, rad and 1 pass
-    ):
-        shown = f", in {_short(where)}" if where is not None else ""
-        raise _UnitError(says.format(f"{a:~}" or "1", f"{b:~}" or "1") + shown)
+    if not (a.dimensionality or b.dimensionality):  # deg, rad and 1 pass
+        return a
+    scales = bridge(a, b)
+    if scales is None or abs(scales[0] - 1) > 1e-9:
+        place = f", in {_short(where)}" if where is not None else ""
+        cure = _cure(shown(a), scales) if a.dimensionality == b.dimensionality else ""
+        raise _UnitError(says.format(shown(a), shown(b)) + place + cure)
     return a
+
+
+def _cure(found: str, scales: tuple[float, str] | None) -> str:
+    """What to do about two units of one dimension."""
+    same = "write all in one unit (columns of recordings are converted anyway)"
+    if scales is None:
+        return f"; they have not the same zero: {same}"
+    ratio, unit = scales
+    return (
+        f"; they differ by a factor of {max(ratio, 1 / ratio):.6g}: {same}, or multiply what is in {found} "
+        f'by Parameter("per", "{unit}", {ratio:.15g}, known=True), as a plain number has no unit'
+    )
 
 
 def _unit(expr: Any, units: dict[str, Any], one: Any) -> Any:

@@ -103,11 +103,14 @@ class Model:
 
     def __post_init__(self) -> None:
         from modelgen.language.check import check_model
+        from modelgen.language.meant import meant
 
         for key in ("inputs", "parameters", "statements", "outputs", "ports", "conditions"):
             object.__setattr__(self, key, tuple(getattr(self, key)))
         outputs = tuple(Output(o) if isinstance(o, str) else o for o in self.outputs)
         object.__setattr__(self, "outputs", outputs)
+        for key, found in meant(self).items() if not self.checked else ():
+            object.__setattr__(self, key, found)
         if any(s.rate is not None for s in self.states):
             have = {i.name for i in self.inputs}
             more = (i for i in map(previous, self._integrated_along()) if i.name not in have)

@@ -27,6 +27,7 @@ from modelgen.language import (
     pi,
     re,
 )
+from modelgen.language.meant import meant
 
 ROD = "GMM paper, sec. 2.2"
 TABLE_7 = "GMM paper, Table 7"
@@ -107,7 +108,7 @@ def build(eddy: str = "exact", eddy_sign: str = "corrected") -> Model:
     factor = EDDY[eddy] if eddy_sign == "corrected" else re(EDDY[eddy]) - j * im(EDDY[eddy])
     at = (("omega", omega.symbol),)
     wound = (*at, ("R", R_0))
-    return Model(
+    made = Model(
         "magnetostrictive_transducer",
         inputs=(f,),
         parameters=(mu33, S33, d33, R_0, M_t, K_spr, R_d, R_f, N, A, l, f_c, k_M2, mu_0),
@@ -130,6 +131,7 @@ def build(eddy: str = "exact", eddy_sign: str = "corrected") -> Model:
         builder=build,
         checked=True,
     )  # fmt: skip
+    return replace(made, **meant(made))  # χ = 1 is real, as those that hold it do not know yet
 
 
 magnetostrictive_transducer = build()

@@ -23,8 +23,9 @@ __all__ = ["Case", "CaseFile", "Noise", "Recording", "RecordingSpec", "load_case
 class Noise:
     """What the user says of the noise; channels are named as the model names them.
 
-    sigma: standard deviation in the channel's unit. relative: the same over the modulus of the value.
-    calibration: (relative rms, correlation length in ln f) of a smooth instrument error.
+    sigma: standard deviation in the channel's unit, of a complex one that of Re and of Im each. relative: the
+    same over the modulus of the value. calibration: (relative rms, correlation length in ln f) of a smooth
+    instrument error.
     """
 
     sigma: Mapping[str, float] = field(default_factory=dict)

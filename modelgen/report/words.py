@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable
 
 from modelgen.diagnose.verdict import Finding, Verdict
-
-_SUPERSCRIPT = str.maketrans("0123456789-+.", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺·")
-_NAMED_UNITS = {"ohm": "Ω", "deg": "°", "degC": "°C", "um": "µm", "uohm": "µΩ", "mohm": "mΩ", "kohm": "kΩ"}
+from modelgen.units import LIFTED
+from modelgen.units import unit_text as unit_text
 
 
 def superscript(number: object) -> str:
     """Digits raised: 10 → ¹⁰."""
-    return str(number).translate(_SUPERSCRIPT)
-
-
-def unit_text(unit: str) -> str:
-    """A unit as it is printed: "N*s/mm**2" → "N·s/mm²"; a pure number has none."""
-    if unit.strip() in ("", "1", "dimensionless"):
-        return ""
-    raised = re.sub(r"(?:\*\*|\^)\(?(-?\d+(?:\.\d+)?)\)?", lambda m: superscript(m[1]), unit)
-    return re.sub(r"[A-Za-z]+", lambda m: _NAMED_UNITS.get(m[0], m[0]), raised).replace("*", "·")
+    return str(number).translate(LIFTED)
 
 
 def number(x: float, digits: int = 3) -> str:

@@ -1,0 +1,137 @@
+"""What a reader of a fit should know beside its numbers, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from modelgen.fit.method import Outcome
+from modelgen.fit.result import Estimate
+from modelgen.fit.series import Array, Series
+from modelgen.recordings import Case
+
+Part = tuple[Series, Array, Array]
+"""A recording, its residual (channels, n) in the model's units, model less data, and the same whitened."""
+
+MISFIT = 1.5  # rms over noise above which a note says that the model leaves something out
+FEW = 0.25  # share of the starts that arrive, below which the optimum may not be the best
+GROSS = 5.0  # robust standard deviations beyond which a sample may be an outlier
+RARE = 0.03  # share of the samples that may be
+MOST = 0.5  # share of r·r that they must carry to be what is amiss
+ALIKE = 0.2  # correlation of neighbouring residuals that makes standard deviations a fifth too small
+CHANCE = 4.0  # standard deviations of that correlation which are no accident
+PREFIXES = (2, 3, 6, 9)  # powers of ten between the units of one quantity
+CLOSE = 0.3  # relative error of such a factor, and share of the data that is left once it is taken out
+
+
+def warnings(
+    case: Case, outcome: Outcome, found: Sequence[Estimate], parts: Sequence[Part], over: float
+) -> list[str]:
+    """What may be amiss with recordings, parameters or the search. over: rms of the fitted over noise."""
+    said = [warning for r in case.recordings for warning in r.warnings]
+    said += [f"{e.name} lies on its bound" for e in found if e.at_bound]
+    said += _of_noise(parts, over)
+    if outcome.starts > 1 and outcome.reached < FEW * outcome.starts:
+        said.append(f"only {outcome.reached} of {outcome.starts} starts reached this optimum")
+    return said
+
+
+def _of_noise(parts: Sequence[Part], over: float) -> list[str]:
+    """What makes a residual other than independent noise, beside a model that is wrong."""
+    fitted = [white for s, _, white in parts if s.role == "fit"]
+    if odd := other_unit(parts):
+        return odd
+    if gross := outliers(fitted):
+        return [gross]
+    r = likeness(fitted)
+    if not 1 <= over <= MISFIT or r == 0:  # noise that is stated as larger covers it
+        return []
+    return [
+        f"neighbouring residuals are alike (correlation {r:.2f}): the model leaves something out, or the "
+        "noise is not independent from sample to sample, as standard deviations take it to be: they may be "
+        f"{np.sqrt((1 + r) / (1 - r)):.2g} times too small; `modelgen diagnose` looks for it"
+    ]
+
+
+def misfit(parts: Sequence[Part], over: float, stated: bool) -> list[str]:
+    """How large the residual is, where that is too large and neither units nor outliers tell why."""
+    fitted = [white for s, _, white in parts if s.role == "fit"]
+    if not over > MISFIT or other_unit(parts) or outliers(fitted):
+        return []
+    noise = "the noise" if stated else "what neighbouring samples scatter by"
+    other = "" if stated else ", or the noise is not independent from sample to sample"
+    return [
+        f"the residual is {over:.3g} times {noise}: the model leaves something out, which "
+        f"standard deviations do not cover{other}; `modelgen diagnose` looks for it"
+    ]
+
+
+def arrived(outcome: Outcome) -> list[str]:
+    """How many starts reached the optimum, where they are not few."""
+    if outcome.starts <= 1 or outcome.reached < FEW * outcome.starts:
+        return []
+    return [f"{outcome.reached} of {outcome.starts} starts reached this optimum"]
+
+
+def outliers(whites: Sequence[Array]) -> str:
+    """The few samples that stand alone and carry most of residuals (channels, n), in words; "" for none.
+
+    Where the residual is large along a stretch, as beside a resonance, it is the model that misses it.
+    """
+    power = [np.sum(white**2, axis=0) for white in whites]
+    level = float(np.median(np.concatenate(power)))
+    gross = [p > GROSS**2 * level / CHI2_MEDIAN for p in power]
+    count, of = sum(int(np.sum(g)) for g in gross), sum(g.size for g in gross)
+    beside = sum(int(np.sum(g[1:] & g[:-1])) for g in gross)
+    if not 0 < count <= RARE * of or 2 * beside > count:
+        return ""
+    share = sum(float(p[g].sum()) for p, g in zip(power, gross, strict=True)) / sum(p.sum() for p in power)
+    if share < MOST:
+        return ""
+    samples = f"{count} of {of} samples carr{'ies' if count == 1 else 'y'}"
+    return f"{samples} {share:.0%} of the residual's square sum: outliers? `modelgen diagnose` marks them"
+
+
+CHI2_MEDIAN = 0.455
+"""Median of χ² with one degree of freedom; with more it is larger, and fewer samples are outliers."""
+
+
+def likeness(whites: Sequence[Array]) -> float:
+    """Correlation of neighbouring residuals (channels, n) of all recordings; 0 where it is an accident or
+    makes no difference."""
+    pairs = sum(w.shape[0] * (w.shape[1] - 1) for w in whites)
+    power = sum(float(np.sum(w**2)) for w in whites)
+    if not (pairs > 0 and power > 0):
+        return 0.0
+    r = sum(float(np.sum(w[:, 1:] * w[:, :-1])) for w in whites) / power
+    return r if r > max(ALIKE, CHANCE / np.sqrt(pairs)) else 0.0
+
+
+def other_unit(parts: Sequence[Part]) -> list[str]:
+    """Recordings that would agree with the others if they were a power of ten larger or smaller: the header
+    of one names another unit than its numbers have."""
+    gains = np.array([_gain(s.data, s.data + raw) for s, raw, _ in parts])
+    if len(parts) < 2 or not np.all(gains > 0):
+        return []
+    ratios = gains[:, None] / gains
+    alike = np.sum(np.abs(np.log10(ratios)) < np.log10(2), axis=0)
+    best = max(range(len(parts)), key=lambda k: (alike[k], -abs(np.log10(gains[k]))))
+    powers = np.round(np.log10(ratios[:, best]))
+    others = ", ".join(f"'{s.name}'" for (s, _, _), p in zip(parts, powers, strict=True) if p == 0)
+    if not np.all((ratios[:, best] / 10.0**powers - 1)[powers != 0] ** 2 < CLOSE**2):
+        return []
+    return [
+        f"'{s.name}' is about {10.0**p:g} times as large beside the model as {others}: are the units in "
+        "their headers right?"
+        for (s, _, _), p in zip(parts, powers, strict=True)
+        if abs(p) in PREFIXES
+    ]
+
+
+def _gain(data: Array, model: Array) -> float:
+    """How many times the model the data are; 0 where they are no multiple of it."""
+    square = float(np.sum(model**2))
+    gain = float(np.sum(data * model)) / square if square > 0 else 0.0
+    left = float(np.sum((data - gain * model) ** 2))
+    return gain if left < CLOSE**2 * float(np.sum(data**2)) else 0.0
