@@ -19,17 +19,24 @@ from modelgen.recordings import Case
 
 MARGIN = 3.0
 """A fit may leave the range in which a shape is searched first by this factor."""
+UNSEEN = 10.0
+"""The same of a motion that is not recorded: how far it goes is known by the base alone, and that may be far
+off."""
+MOTIONS = ("displacement", "position", "speed")
+"""Scales of a motion."""
 
 
 @dataclass(frozen=True, eq=False)
 class Addition:
     """An effect at a port, with the search range of each of its shapes (and of strengths tried at a finite
-    value); `repeats`: names of the recordings in which strengths have values of their own."""
+    value); `repeats`: names of the recordings in which strengths have values of their own; `unseen`: the
+    motion at the port is not recorded."""
 
     effect: Effect
     port: Port
     ranges: Mapping[str, tuple[float, float]]
     repeats: tuple[str, ...] = ()
+    unseen: bool = False
 
     @property
     def id(self) -> str:
@@ -87,19 +94,21 @@ def _with_ranges(model: Model, a: Addition) -> Model:
     new: list[Parameter] = []
     for q in a.effect.shapes:
         p = model.parameter(f"{a.id}_{q.name}")
-        low, high = _margins(q, *a.ranges[q.name])
+        low, high = _margins(a, q)
         low, high = max(low, p.bounds[0]), min(high, p.bounds[1])
         new.append(replace(p, bounds=(low, high), default=None))
     names = {p.name: p for p in new}
     return replace(model, parameters=tuple(names.get(p.name, p) for p in model.parameters))
 
 
-def _margins(q: Shape, low: float, high: float) -> tuple[float, float]:
-    """Bounds of a shape that is searched first from low to high."""
+def _margins(a: Addition, q: Shape) -> tuple[float, float]:
+    """Bounds of a shape that is searched first in its range."""
+    low, high = a.ranges[q.name]
     if q.scale == "1":
         return low, high
-    span = high - low
-    return (low / MARGIN, high * MARGIN) if q.log and low > 0 else (low - span, high + span)
+    more = UNSEEN if a.unseen and q.scale in MOTIONS else MARGIN
+    beyond = (high - low) * (more - 1) / 2
+    return (low / more, high * more) if q.log and low > 0 else (low - beyond, high + beyond)
 
 
 def ranged(a: Addition, scales: Mapping[str, Array]) -> Addition:
@@ -122,7 +131,7 @@ def widened(layout: Layout, added: Sequence[Addition]) -> Layout:
     for a in added:
         for q in a.effect.shapes:
             low, high = bounds.get(name := f"{a.id}_{q.name}", (inf, -inf))
-            least, most = _margins(q, *a.ranges[q.name])
+            least, most = _margins(a, q)
             bounds[name] = min(low, max(least, 0.0) if q.log else least), max(high, most)
     return replace(layout, parameters=tuple(replace(p, bounds=bounds[p.name]) for p in layout.parameters))
 
@@ -148,7 +157,7 @@ def additions(
                 continue
             if all(np.isfinite(r).all() and r[0] < r[1] for r in ranges.values()):
                 own = repeats[0 if e.first else 1 :] if e.each else ()
-                found.append(Addition(e, port, ranges, own))
+                found.append(Addition(e, port, ranges, own, bool(motions.get(port.equation))))
     return found
 
 
