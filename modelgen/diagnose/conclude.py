@@ -17,7 +17,7 @@ from modelgen.diagnose.account.locate import locate
 from modelgen.diagnose.account.show import port_curve, port_sensitivities, traces
 from modelgen.diagnose.account.words import blind_note, bound_note, enough, holdout_note, summary
 from modelgen.diagnose.gate.exact import exact, nothing_left
-from modelgen.diagnose.gate.gate import Gate, judge_adequacy, mean_square, modelled
+from modelgen.diagnose.gate.gate import Gate, judge_adequacy, mean_square, modelled, reach
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.likeliest_path import kept_along_path
 from modelgen.diagnose.gate.rather import rather_described
@@ -117,19 +117,13 @@ def _decide(
     return Decision(setting, outcome, gate, moderated(outcome.judge, outcome.best), standing, vague)
 
 
-FAR = 1.5
-"""Times the noise that named effects leave from which they may be but the nearest that the catalogue has."""
-
-
 def _as_far_as_it_reaches(
     outcome: Outcome, gate: Gate, standing: tuple[Standing, ...]
 ) -> tuple[Standing, ...]:
     """Less sure names where far more than noise is left: by the part of the way to the recordings that is
     missing."""
-    before, after = (mean_square(plain_white(f)) / gate.floor for f in (outcome.base, outcome.best))
-    if after < FAR**2 or before <= after:
-        return standing
-    reached = 1 - float(np.sqrt((after - 1) / (before - 1)))
+    before, after = (mean_square(plain_white(f)) for f in (outcome.base, outcome.best))
+    reached = reach(before, after, gate.floor)
     return tuple(replace(x, probability=x.probability * reached) for x in standing)
 
 

@@ -15,7 +15,7 @@ from modelgen.diagnose.gate.line import gained_beside
 from modelgen.diagnose.gate.meter import distorted
 from modelgen.diagnose.gate.oddities import lone
 from modelgen.diagnose.gate.unlisted import best_unlisted, cheaper, refused, with_rivals
-from modelgen.diagnose.hypotheses.ranking import OUTSIDE
+from modelgen.diagnose.hypotheses.ranking import OUTSIDE, standings
 from modelgen.diagnose.hypotheses.refit import Fit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting
 from modelgen.diagnose.noise.noise import FITS, first_order, fitful, modelled_output, scatter, standing_alone
@@ -34,6 +34,10 @@ PART = 0.65
 """The same where even the best hypothesis stays far from the data: real records hold many effects, none
 exactly. In records of several simulators names that explained less were wrong, those that explained more
 mostly right."""
+FAR = 1.5
+"""Times the noise that named effects leave from which they may be but the nearest that the catalogue has."""
+LIKELY = 0.2
+"""Probability, less what is missing of the way there, from which such an effect is named all the same."""
 SOME = 0.3
 """The same where no description of the whole is better than they are."""
 BETTER = 0.9
@@ -87,6 +91,8 @@ def judge_adequacy(
     unknown = _unexplained(outcome, left, gross, explained) and not _better_named(
         setting, outcome, sensitivities, explained
     )
+    if not unknown and best.hypothesis.added:
+        unknown = reach(before, after, floor) * max(x.probability for x in standings(outcome)) < LIKELY
     whole = _wholly_described(setting, outcome, sensitivities, floor, unknown)
     if whole is not None:
         unknown, left = True, whole
@@ -171,6 +177,14 @@ def _unexplained(outcome: Outcome, left: Leftover, gross: bool, explained: float
         return beside < ALARM * len(outcome.best.ids)
     gained = outcome.base.bic - outcome.best.bic
     return (left.gain > LEFT and left.gain > REST * gained) or (gross and explained < EXPLAINED)
+
+
+def reach(before: float, after: float, floor: float) -> float:
+    """The part of the way to the recordings, in rms, that a hypothesis goes from the base's mean square
+    residual to its own; 1 where that is little more than noise."""
+    if after < FAR**2 * floor or before <= after:
+        return 1.0
+    return 1 - float(np.sqrt((after - floor) / (before - floor)))
 
 
 def _better_named(
