@@ -202,6 +202,16 @@ def test_a_viscous_fluid_is_a_ladder_of_thin_layers() -> None:
     assert np.allclose((new - old)[low], load[low], rtol=0.05)
 
 
+def test_a_film_between_walls_is_a_ladder_of_few_thin_layers() -> None:
+    R, tau, layers = 0.3, 2e-3, 2000
+    old, new = at_port(find("viscous_load", "mechanical_impedance", "R_h"), R_h=R, tau=tau)
+    shear, mass = R * layers, R * tau / layers  # η S/dx and ρ dx S
+    load = np.full_like(old, 1e9)  # the far wall stands still
+    for _ in range(layers):
+        load = 1j * w * mass + 1 / (1 / shear + 1 / load)
+    assert np.allclose((new - old)[w < 1e4], load[w < 1e4], rtol=0.02)
+
+
 @pytest.mark.parametrize("q", [1e-12, 0.3, 2.0, -7.0, 9.0 + 1e-3j, 20 - 5j, 35 + 0.5j])
 def test_xcotx(q: complex) -> None:
     x = np.sqrt(complex(q))

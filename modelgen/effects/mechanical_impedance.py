@@ -1,11 +1,13 @@
 """What hangs on a moving part: dashpots, masses, springs, the air around it. Frequency domain."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from sympy import Rational
 
 from modelgen.effects.effect import (
+    RARER,
     Effect,
     Shape,
     Strength,
@@ -14,6 +16,7 @@ from modelgen.effects.effect import (
     add_stiffness,
     unit_omega,
 )
+from modelgen.effects.resonance import xcotx
 from modelgen.language import Model, Port, j, powj
 
 MECHANICAL = ("mechanical_impedance", "stiffness")
@@ -129,6 +132,18 @@ viscous_load = Effect(
     common=0.5,
 )
 
+viscous_film = replace(
+    viscous_load,
+    says="a film of viscous fluid is sheared between the moving part and a wall: a dashpot, and from the "
+    "frequency on at which the layer that is dragged along gets thinner than the film, mass and resistance",
+    source="L. D. Landau, E. M. Lifshitz, Fluid Mechanics (1987), § 24: ηS/h x coth x, x² = jωτ, τ = ρh²/η",
+    strengths=(Strength("R_h", "{impedance}", text="resistance at low frequency"),),
+    apply=add_impedance(lambda at, p: p["R_h"] * xcotx(-j * at["omega"] * p["tau"])),
+    shapes=(Shape("tau", "s", "time", 0.1, 30.0, 5, text="time in which drag spreads across the film"),),
+    common=RARER,
+)
+
 EFFECTS = (
     contact_damping, inertia, added_stiffness, radiation_load, piston_load, radiated_power, viscous_load,
+    viscous_film,
 )  # fmt: skip
