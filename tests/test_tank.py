@@ -5,6 +5,8 @@ from scipy.integrate import solve_ivp
 from sympy import Symbol
 
 from modelgen.diagnose import diagnose
+from modelgen.diagnose.hypotheses.hypothesis import Addition
+from modelgen.effects import CATALOGUE
 from modelgen.language import Abs, Equation, Input, Model, Parameter, Port, State, sqrt
 from modelgen.recordings import Case, Recording
 
@@ -59,7 +61,7 @@ def cascaded() -> Model:
 
 
 def test_an_upper_tank_that_runs_over() -> None:
-    """The best base is so wrong that its upper tank is never filled to where the rim is."""
+    """Its level is not recorded."""
     rng, time = np.random.default_rng(8), np.arange(1000) * 4.0
     volts = np.interp(time, np.arange(0, 4300, 120.0), rng.uniform(1.2, 5.0, 36))
 
@@ -79,3 +81,18 @@ def test_an_upper_tank_that_runs_over() -> None:
     rim = next(p for p in found.effects[0].parameters if p.name.startswith(("z_", "c_")))
     assert abs(rim.value - 9.2) < 0.5
     assert found.after.fit_over_noise < 1.1
+
+
+def test_a_motion_that_is_not_recorded_may_go_much_farther_than_the_base_says() -> None:
+    """The best base may be so wrong that its upper tank is never filled to where the rim is."""
+    model = cascaded()
+    law = next(e for e in CATALOGUE if e.id == "end_stop" and e.strengths[0].name == "k_upper")
+    (port,) = law.fits(model)
+    tops = [
+        Addition(law, port, {"z_upper": (0.0, 2.5)}, unseen=unseen)
+        .extend(model)
+        .parameter("end_stop_z_upper")
+        .bounds[1]
+        for unseen in (False, True)
+    ]
+    assert tops[0] == 5.0 and tops[1] > 10.0
