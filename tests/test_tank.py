@@ -83,6 +83,34 @@ def test_an_upper_tank_that_runs_over() -> None:
     assert found.after.fit_over_noise < 1.1
 
 
+def siphoned(seed: int) -> Recording:
+    """A siphon that starts above a level of 10.5 and breaks off below 6.5."""
+    rng, time = np.random.default_rng(seed), np.arange(1500) * 3.0
+    volts = np.interp(time, np.arange(0, 4800, 200.0), rng.uniform(1.5, 4.5, 24))
+    x, on, levels = 6.0, False, []
+    for u in volts:
+        levels.append(x)
+        for _ in range(10):
+            on = x > 10.5 or (on and x > 6.5)
+            away = 0.05 * np.sqrt(x) + on * 0.02 * np.sqrt(max(x - 2, 0.0))
+            x = max(x + 0.3 * (0.045 * u - away), 0.1)
+    shown = np.array(levels) + rng.normal(0, 0.05, time.size)
+    return Recording(f"r{seed}", None, "fit", {"t": time, "u": volts}, {"h": shown})
+
+
+def test_a_siphon_is_none_of_many_poor_names() -> None:
+    u = Input("u", "V")
+    k, k_p = Parameter("k", "cm**0.5/s", 0.05, (0.005, 0.5)), Parameter("k_p", "cm/(s*V)", 0.05, (0.005, 0.5))
+    h_0 = Parameter("h_0", "cm", 6.0, (0.0, 20.0), "level at the start")
+    h = Symbol("h", real=True)
+    out = Equation("out", k * sqrt(Abs(h)), "cm/s")
+    level = State("h", h_0, rate=k_p * u - out, unit="cm", substeps=2)
+    outlet = Port("outlet", "force", "out", (("z", h), ("t", t)))
+    model = Model("siphon", (t, u), (k, k_p, h_0), (out, level), ("h",), (outlet,))
+    found = diagnose(Case(None, "siphon", (siphoned(1), siphoned(2)), per_recording=("h_0",)), model)
+    assert [e.id for e in found.effects] == ["unknown_outlet"]
+
+
 def test_a_motion_that_is_not_recorded_may_go_much_farther_than_the_base_says() -> None:
     """The best base may be so wrong that its upper tank is never filled to where the rim is."""
     model = cascaded()
