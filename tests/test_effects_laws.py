@@ -842,6 +842,22 @@ def test_second_dahl_element_is_another_dahl_model() -> None:
     assert np.allclose(F, dahl["F"])
 
 
+def test_many_sliders_slip_bit_by_bit() -> None:
+    """As an array of forty of the same spread: in a large swing, and in small ones within it."""
+    t = np.linspace(0, 3, 6001)
+    motion = record(t, lambda x: (1.0 - 0.7 * (x > 1)) * np.sin(2 * np.pi * x))
+    h, z_i, q = 0.4, 0.6, 0.7
+    F = force(find("second_dahl_element", "force", "h_i"), motion, h_i=h, z_i=z_i, q=q)
+    slip = z_i * 10 ** np.linspace(-1.65, 0.15, 40)  # each of six stands for its part of a decade
+    share = slip**q / np.sum(slip**q)
+    r, whole = np.zeros(40), np.empty_like(t)
+    for i, dz in enumerate(np.diff(motion["z"], prepend=motion["z"][0])):
+        r = np.clip(r + dz / slip, -1, 1)
+        whole[i] = h * share @ r
+    assert np.abs(F).max() == pytest.approx(h, rel=1e-3)
+    assert np.abs(F - whole)[t > 0.3].max() < 0.15 * h
+
+
 def test_a_second_slider_slips_all_at_once() -> None:
     """A spring that goes as far as ±z_j and is dragged beyond, step by small step."""
     motion = record(np.linspace(0, 2, 4001), wobble)

@@ -70,6 +70,43 @@ second_slider = Effect(
     common=RARER,
 )
 
+SLIDERS = 6
+DECADES = 1.5  # from the first that slips to the last one: the others have their slip lengths between
+
+
+def _many_sliders(model: Model, port: Port, p: Values) -> Model:
+    """Σ h_k r_k, each r_k a slider's, with slip lengths z_k from z_i down, evenly in log z_k; h_k ∝ z_k^q."""
+    ratios = [10 ** (-DECADES * k / (SLIDERS - 1)) for k in range(SLIDERS)]
+    shares = [x ** p["q"] for x in ratios]
+    model = model.with_parameters(SLIPPED)
+    ways = (port["z_turn"] - port["z_prev"], port["z"] - port["z_turn"])
+    statements: list[Equation | State] = []
+    total: Any = 0
+    for k, (ratio, share) in enumerate(zip(ratios, shares, strict=True)):
+        name = f"sliders_r_{k}"
+        slip = ratio * p["z_i"]
+        turn = Equation(f"{name}_turn", within(Symbol(name, real=True) + ways[0] / slip, 1))
+        r = State(name, SLIPPED, within(turn.symbol + ways[1] / slip, 1), text="state of a slider")
+        statements += [turn, r]
+        total += share * r.symbol
+    h = p["h_i"] / sum(shares)
+    return model.extend(port.equation, lambda F: F + h * total, statements=tuple(statements))
+
+
+many_sliders = replace(
+    second_slider,
+    says="a contact slips bit by bit: it has many spots, each on a spring of its own, with slip lengths that "
+    "spread over decades",
+    source="W. D. Iwan, J. Appl. Mech. 33 (1966) 893; D. J. Segalman, J. Appl. Mech. 72 (2005) 752: slip "
+    "lengths spread by a power law",
+    strengths=(Strength("h_i", "{port}", text="friction force of all of them"),),
+    apply=_many_sliders,
+    shapes=(
+        Shape("z_i", "{z}", "displacement", 0.05, 3.0, 4, text="way from rest to slip of the last spot"),
+        Shape("q", "1", "1", 0.0, 1.5, 2, log=False, text="power of the slip length with which force grows"),
+    ),
+)
+
 
 dahl_exponent = Effect(
     "dahl_exponent",
@@ -170,6 +207,6 @@ asymmetric_friction = Effect(
 )
 
 EFFECTS = (
-    second_dahl_element, second_slider, dahl_exponent, stribeck_friction, stribeck_level,
+    second_dahl_element, second_slider, many_sliders, dahl_exponent, stribeck_friction, stribeck_level,
     coulomb_friction, stribeck_force, position_friction, rate_dependent_friction, asymmetric_friction,
 )  # fmt: skip
