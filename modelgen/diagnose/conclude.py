@@ -17,7 +17,7 @@ from modelgen.diagnose.account.locate import locate
 from modelgen.diagnose.account.show import port_curve, port_sensitivities, traces
 from modelgen.diagnose.account.words import blind_note, bound_note, enough, holdout_note, summary
 from modelgen.diagnose.gate.exact import exact, nothing_left
-from modelgen.diagnose.gate.gate import Gate, judge_adequacy, mean_square, modelled, reach
+from modelgen.diagnose.gate.gate import Gate, by_odd_noise, judge_adequacy, mean_square, modelled, reach
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.likeliest_path import kept_along_path
 from modelgen.diagnose.gate.rather import rather_described
@@ -103,6 +103,8 @@ def _decide(
     if exact(outcome.base):
         return Decision(setting, outcome, nothing_left(outcome, enough(outcome.base)), outcome.base)
     outcome = named_rather(with_rivals(setting, rather_described(setting, outcome)))
+    if by_odd_noise(setting, outcome):
+        outcome = replace(outcome, best=outcome.base)
     gate = judge_adequacy(setting, outcome, sensitivities, oddity)
     if outcome.best.ids or gate.unknown:
         setting, outcome, gate = _stands(setting, outcome, gate, sensitivities, oddity)

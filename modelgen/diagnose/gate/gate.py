@@ -91,8 +91,8 @@ def judge_adequacy(
     unknown = _unexplained(outcome, left, gross, explained) and not _better_named(
         setting, outcome, sensitivities, explained
     )
-    if not unknown and best.hypothesis.added:
-        unknown = reach(before, after, floor) * max(x.probability for x in standings(outcome)) < LIKELY
+    if not unknown and best.hypothesis.added and (part := reach(before, after, floor)) < 1.0:
+        unknown = part * max(x.probability for x in standings(outcome)) < LIKELY
     whole = _wholly_described(setting, outcome, sensitivities, floor, unknown)
     if whole is not None:
         unknown, left = True, whole
@@ -154,6 +154,17 @@ def _described(setting: Setting, outcome: Outcome) -> tuple[Fit, float] | None:
     best, other = own_colours(setting, outcome.judge, (outcome.best, rival[0]))
     count = len(outcome.best.ids)
     return rival if best - other > (ALARM * (1 - count) if count else CLOSE) else None
+
+
+def by_odd_noise(setting: Setting, outcome: Outcome) -> bool:
+    """Whether one effect gains little where what no catalogue holds gains far more and is yet but coloured
+    noise: in noise that is so odd, little is no evidence."""
+    rival = cheaper(outcome) if len(outcome.best.ids) == 1 else None
+    if rival is None or rival[1] < LEFT:
+        return False
+    fits = (outcome.base, outcome.best, rival[0])
+    base, best, other = own_colours(setting, outcome.judge, fits)
+    return best - other < CLOSE and base - best < 2 * ALARM
 
 
 def _leftover(outcome: Outcome, fit: Fit, gain: float) -> Leftover:
