@@ -19,7 +19,7 @@ from modelgen.diagnose.gate.mirrored import mirrored, opposed
 from modelgen.diagnose.gate.oddities import mains, saturation
 from modelgen.diagnose.hypotheses.hypothesis import additions, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
-from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, record_scales
+from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, record_scales, values_at
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.between import smoothly_driven
 from modelgen.diagnose.noise.floor import no_finer_than_rounded, parted, slanted
@@ -244,7 +244,7 @@ def _levelled(
 def set_up(model: Model, case: Case, ground: Ground, catalogue: Sequence[Effect]) -> Setting:
     """The additions that this model and these recordings allow."""
     e = ground.base.hypothesis.experiment
-    values = [_port_values(e.model, ground.base, k) for k in range(len(ground.series))]
+    values = [values_at(e, ground.base.theta, k) for k in range(len(ground.series))]
     sizes = {p.equation: port_scale(p, values) for p in model.ports}
     along = [s.inputs[model.axis] for s in ground.series]
     motions = {p.equation: motion_scales(model, p, values, along) for p in model.ports}
@@ -282,23 +282,6 @@ def _searched(
     if rather(outcome.judge, outcome.best, found.best):
         return ground, setting, outcome
     return again, anew, found
-
-
-def _port_values(model: Model, fit: Fit, k: int) -> dict[str, Array]:
-    """Every equation of the base at its fit, in recording k (thinned to at most 400 samples)."""
-    from modelgen.codegen import build
-
-    e = fit.hypothesis.experiment
-    f = build(model, e.layout.wrt, wait=True)
-    values = {
-        **e.constants,
-        **e.series[k].constants,
-        **dict(zip(e.layout.wrt, e.local(fit.theta, k), strict=True)),
-    }
-    inputs = {i.name: e.series[k].inputs[i.name] for i in model.inputs}
-    return f.all(
-        **inputs, **{n: v for n, v in values.items() if n in {p.name for p in model.scalar_parameters}}
-    )
 
 
 def outcome_of(

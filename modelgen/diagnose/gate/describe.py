@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from modelgen.diagnose.gate.functions import PITCHES
+from modelgen.diagnose.gate.functions import WAVE
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.hypothesis import Addition, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit
@@ -66,22 +66,21 @@ def _effect(setting: Setting, left: Leftover, port: Port) -> Effect | None:
     if not setting.model.is_time_model:
         return _resonant(id, port, left.terms)
     name, which = left.terms
-    if name == "position":
-        moved = next(i.derived[1] for i in setting.model.inputs if i.derived and i.derived[0] == "rate")
-        stroke = np.ptp(np.concatenate([s.inputs[moved] for s in setting.series]))
-        return _wave(id, port, 2 * np.pi * float(PITCHES[int(str(which))] / stroke))
+    if name == WAVE:
+        return wave(id, port, float(str(which)))
     return powers(id, port, POWERS[str(name)]) if name in POWERS else None
 
 
-def _wave(id: str, port: Port, kappa: float) -> Effect:
-    """Σ a_k cos kκz + b_k sin kκz, added to the force: a wave and its first harmonic."""
+def wave(id: str, port: Port, kappa: float, harmonics: int = 2) -> Effect:
+    """Σ a_k cos kκz + b_k sin kκz, added to the force: a wave and its first harmonics."""
+    orders = range(1, harmonics + 1)
     strengths = tuple(
-        Strength(f"{n}_{k}", "{port}", bounds=ANY, text="amplitude") for k in (1, 2) for n in "ab"
+        Strength(f"{n}_{k}", "{port}", bounds=ANY, text="amplitude") for k in orders for n in "ab"
     )
     shape = Shape("kappa", "1/({z})", "1", kappa / 1.3, 1.3 * kappa, text="2π over its wavelength")
 
     def terms(at: Port, p: Any) -> Any:
-        turns = ((k, k * p["kappa"] * at["z"]) for k in (1, 2))
+        turns = ((k, k * p["kappa"] * at["z"]) for k in orders)
         return sum(p[f"a_{k}"] * cos(x) + p[f"b_{k}"] * sin(x) for k, x in turns)
 
     says = "a wave over displacement that describes what is left"

@@ -26,6 +26,15 @@ def scaled_speed(parts: Sequence[Array]) -> list[Array]:
 PITCHES = np.arange(1.0, 80.0, 0.5)
 """Half waves in half a stroke that are tried: at the ends of the stroke none is missed by more than π/4."""
 
+WAVE = "wave"
+"""A term of one of them, by its wave number."""
+
+
+def wave_number(which: int, z: Sequence[Array]) -> float:
+    """That of the pitch `which` in recordings of a displacement, in its unit."""
+    stroke = max(x.max() for x in z) - min(x.min() for x in z)
+    return 2 * np.pi * float(PITCHES[which]) / (float(stroke) or 1.0)
+
 
 def groups() -> list[tuple[str, str, Callable[[Array, Array, Array, Array], Iterable[Array]]]]:
     """(what it would be, kind of port, columns of displacement, speed, time and force, each in units of its

@@ -14,10 +14,10 @@ from functools import cache
 
 import numpy as np
 
-from modelgen.diagnose.gate.functions import groups, scaled, scaled_speed
+from modelgen.diagnose.gate.functions import WAVE, groups, scaled, scaled_speed, wave_number
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import line
-from modelgen.diagnose.gate.ports import felt_terms
+from modelgen.diagnose.gate.ports import felt_terms, felt_waves
 from modelgen.diagnose.gate.tables import together
 from modelgen.diagnose.hypotheses.evidence import Level, effective, profiled, settled
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
@@ -158,6 +158,7 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
         for at, group, words, felt in felt_terms(fit, plain):
             best = _best_of(tangent, felt, plain, fit.white, before, at.name, words, group)
             found.append(replace(best, terms=(group, 0)))
+        found += _felt_waves(fit, plain, tangent, before)
     if not moved:
         return found
     z = scaled([s.inputs[moved] for s in e.series])
@@ -170,7 +171,25 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
             terms = np.stack(list(make(z[k], v[k], s.inputs[model.axis], force[k])))
             blocks.append(plain.whiteners[k].apply(terms[None])[0].T)
         columns = np.concatenate(blocks)
-        found.append(_best_of(tangent, columns, plain, fit.white, before, port, says, make.__name__))
+        best = _best_of(tangent, columns, plain, fit.white, before, port, says, make.__name__)
+        if make.__name__ == "position":
+            best = _of_wave(best, [s.inputs[moved] for s in e.series])
+        found.append(best)
+    return found
+
+
+def _of_wave(best: Leftover, z: Sequence[Array]) -> Leftover:
+    """A wave over the displacement z of each recording, with its number in the place of its pitch's."""
+    return replace(best, terms=(WAVE, wave_number(int(str(best.terms[1])), z)))
+
+
+def _felt_waves(fit: Fit, plain: Judge, tangent: Tangent, before: Callable[[], float]) -> list[Leftover]:
+    """The best wave over the position at each port that knows it, where it is not recorded."""
+    found = []
+    for at, z, columns in felt_waves(fit, plain):
+        words = f"a term that depends on {at['z']}, with short wavelengths"
+        best = _best_of(tangent, columns, plain, fit.white, before, at.name, words, "position")
+        found.append(_of_wave(best, z))
     return found
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from modelgen.fit.experiment import Experiment
 from modelgen.fit.series import Array, Series
 from modelgen.language import Model, Port
 
@@ -81,3 +82,15 @@ def port_scale(port: Port, values: Sequence[dict[str, Array]]) -> Array:
     sizes = np.concatenate([np.abs(np.atleast_1d(v[port.equation])).ravel() for v in values])
     good = np.isfinite(sizes) & (sizes > 0)
     return np.where(good, sizes, np.median(sizes[good]) if good.any() else 1.0)
+
+
+def values_at(e: Experiment, theta: Array, k: int) -> dict[str, Array]:
+    """Every equation of the model at θ in recording k, at all of its samples."""
+    from modelgen.codegen import build
+
+    f = build(e.model, e.layout.wrt, wait=True)
+    free = dict(zip(e.layout.wrt, e.local(theta, k), strict=True))
+    known = {**e.constants, **e.series[k].constants, **free}
+    inputs = {i.name: e.series[k].inputs[i.name] for i in e.model.inputs}
+    scalars = {p.name for p in e.model.scalar_parameters}
+    return f.all(**inputs, **{n: v for n, v in known.items() if n in scalars})
