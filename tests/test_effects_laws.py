@@ -732,6 +732,16 @@ def test_a_sensor_without_a_sign() -> None:
     assert np.allclose(half, (plain + whole) / 2)
 
 
+def test_a_load_cell_that_creeps() -> None:
+    t = np.arange(0, 6, 0.002)
+    motion = record(t, lambda x: np.clip(x - 1, 0, 0.2))  # a ramp, held from 1.2 s on
+    F = force(find("sensor_creep", "sensor"), motion, {"k_D": 2.0}, c=0.1, tau=0.8)
+    assert np.allclose(F[t < 1], 0, atol=1e-9)
+    held = t > 1.21
+    ramped = 1 - 0.8 / 0.2 * (np.exp(0.2 / 0.8) - 1) * np.exp(-(t[held] - 1) / 0.8)
+    assert np.allclose(F[held], 0.4 * (1 + 0.1 * ramped), rtol=1e-3)
+
+
 def test_a_network_of_filler_breaks_faster_than_it_mends() -> None:
     t = np.arange(0, 12, 0.005)
     size = np.where((t > 4) & (t < 8), 1.0, 0.2)

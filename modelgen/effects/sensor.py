@@ -1,4 +1,4 @@
-"""The measuring chain: channels that are late, and one that loses the sign."""
+"""The measuring chain: channels that are late, one that loses the sign, one that creeps."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -6,7 +6,7 @@ from typing import Any
 
 from sympy import Rational, Symbol
 
-from modelgen.effects.effect import ANY, RARER, Apply, Effect, Strength, Values, at_start, change
+from modelgen.effects.effect import ANY, RARER, Apply, Effect, Shape, Strength, Values, at_start, change
 from modelgen.language import Abs, Max, Model, Port, State, cos, exp, j, sin, sqrt
 
 LATE = "one channel is recorded later than the other"
@@ -66,6 +66,32 @@ rectified_sensor = Effect(
     (Strength("share", "1", bounds=(0.0, 1.0), text="1 where no sign is left"),),
     change(lambda y, at, p: y + p["share"] * (Abs(y) - y)),
     needs=("t",),
+)
+
+
+def _creeping(model: Model, port: Port, p: Values) -> Model:
+    """F + c y with τ y' = F − y, F held over a step; the cell has had its first load for long."""
+    F, y = model[port.equation], Symbol("sensor_creep_y", real=True)
+    kept = exp(-(port["t"] - port["t_prev"]) / p["tau"])
+
+    def memory(shown: Any) -> tuple[State, ...]:
+        update = shown + (y - shown) * kept
+        return (State(y.name, at_start(model, F), update, unit=F.unit, text="what the cell has taken up"),)
+
+    return model.extend(port.equation, lambda shown: shown + p["c"] * y, statements=memory)
+
+
+sensor_creep = Effect(
+    "sensor_creep",
+    ("sensor",),
+    "the load cell creeps: under a load its reading goes on for a while, as its spring or its glue gives",
+    "K. Hoffmann, An Introduction to Stress Analysis and Transducer Design using Strain Gauges (1989), "
+    "sec. 3.3: creep of measuring springs and gauges",
+    (Strength("c", "1", text="what is added in the long run, over what is shown at once"),),
+    _creeping,
+    (Shape("tau", "s", "time", 3.0, 0.3, 4, text="time in which it is added"),),
+    needs=("t", "t_prev"),
+    common=0.3,
 )
 
 # In time, the recorded force is F − y, with y the rate of F, filtered, times τ. F is a parabola through the
@@ -159,5 +185,5 @@ smoothed_force = replace(
 
 EFFECTS = (
     delay_of_response, lag_of_response, smoothed_response, sensor_delay, force_sensor_lag, smoothed_force,
-    rectified_sensor,
+    rectified_sensor, sensor_creep,
 )  # fmt: skip

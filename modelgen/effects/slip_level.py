@@ -9,9 +9,9 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.effect import ANY, Apply, Effect, Shape, Strength, Values, at_start
-from modelgen.effects.friction import STRENGTHENING, position_friction
+from modelgen.effects.friction import STRENGTHENING, asymmetric_friction, position_friction
 from modelgen.effects.motion import way
-from modelgen.language import Abs, Equation, Max, Model, Port, State, exp, log
+from modelgen.language import Abs, Equation, Max, Model, Port, State, exp, log, sign
 
 
 def _level(name: str, rise: Callable[[Any, Values], Any], stiff: bool = True) -> Apply:
@@ -166,6 +166,19 @@ position_slip = Effect(
 )
 
 
+def _one_way(model: Model, port: Port, p: Values) -> Model:
+    return _levelled(model, port, "asymmetric_g", p["delta_v"] * sign(port["z"] - port["z_turn"]))
+
+
+asymmetric_slip = replace(
+    asymmetric_friction,
+    says="friction is greater in one direction than in the other; its stiffness before slip stays",
+    strengths=(replace(asymmetric_friction.strengths[0], name="delta_v", bounds=(-0.95, 0.95)),),
+    apply=_one_way,
+    needs=("z", "z_turn", "r"),
+)
+
+
 def _worn(model: Model, port: Port, name: str, s_r: Any) -> tuple[Model, Any]:
     """`model` with the share of the first roughness that is left after the way so far, and its symbol."""
     left = Symbol(name, real=True)
@@ -210,5 +223,5 @@ running_in_whole = replace(
 
 EFFECTS = (
     stribeck_slip, stribeck_bell, stribeck_follows, strengthening_slip, strengthening_follows,
-    position_slip, running_in, running_in_whole, relaxing_friction,
+    position_slip, asymmetric_slip, running_in, running_in_whole, relaxing_friction,
 )  # fmt: skip
