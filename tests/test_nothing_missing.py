@@ -5,7 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from coils import write_sweep
 
+import modelgen as mg
 from modelgen.api import read_case
 from modelgen.diagnose import Verdict, diagnose
 from modelgen.diagnose.diagnosis import prepare
@@ -189,3 +191,27 @@ def test_what_stays_on_one_tread_is_no_finer_than_the_tread(tmp_path: Path) -> N
     case = read_case(tmp_path / "case.toml")
     s = make_series(load(case.model), case, case.fit[0])
     assert 1 / s.whitener.weight[0].max() >= 0.999 * 0.003 / np.sqrt(12)
+
+
+def flicker(rng: np.random.Generator, n: int) -> np.ndarray:
+    """`pink` with what its mean is over the samples taken out."""
+    white = np.fft.rfft(rng.normal(size=2 * n))
+    x = np.fft.irfft(white / np.sqrt(np.maximum(np.arange(len(white)), 1)))[:n]
+    return np.asarray((x - x.mean()) / x.std())
+
+
+def test_noise_of_another_level_in_each_band_hides_nothing(tmp_path: Path) -> None:
+    """Louder about the mains, too, partly 1/f, rounded: resonances of no catalogue would describe it,
+    and a little more loss gains the evidence of a claim."""
+    rng, f = np.random.default_rng(402), np.geomspace(12, 4000, 300)
+    level = 1.5e-3 * np.where(f < 40, 2.2, np.where(f > 1500, 0.4, 0.8)) * np.where(abs(f - 50) < 3, 3, 1)
+    text, s = 'model = "electrodynamic_transducer"\n', 2j * np.pi * f
+    for k, M in enumerate((0.0235, 0.0355, 0.0535)):
+        Z = 5.9 + 6.1e-4 * s + 8.8**2 / (1.7 + M * s + 3300 / s)
+        white = rng.normal(size=f.size) + 1j * rng.normal(size=f.size)
+        Z = Z * (1 + level * white + 4.5e-4 * (flicker(rng, f.size) + 1j * flicker(rng, f.size)))
+        write_sweep(tmp_path / f"r{k}.csv", f, np.round(Z, 3))
+        text += f'[[recording]]\nfile = "r{k}.csv"\nconstants = {{ M_m = {M} }}\n'
+    (tmp_path / "case.toml").write_text(text)
+    model, case = mg.open_case(tmp_path / "case.toml")
+    assert diagnose(case, model).adequate
