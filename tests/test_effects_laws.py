@@ -893,6 +893,8 @@ def test_friction_falls_with_speed_and_stops_push_one_way() -> None:
     assert np.allclose(F, 3 * np.maximum(z - 0.5, 0))
     F = force(find("end_stop", "force", "H_upper"), motion, H_upper=3.0, c_upper=0.5)
     assert np.allclose(F, 3 * np.maximum(z - 0.5, 0) ** 1.5)
+    F = force(find("end_stop", "force", "G_lower"), motion, G_lower=0.02, l_lower=0.1)
+    assert np.allclose(F, -0.02 * np.exp(-z / 0.1 - 1))
     F = force(find("end_stop", "force", "k_lower"), motion, k_lower=3.0, z_lower=-0.5)
     assert np.allclose(F, -3 * np.maximum(-0.5 - z, 0))
     F = force(find("magnetic_pull", "force", "P_upper"), motion, P_upper=0.2, g_upper=3.0)

@@ -8,7 +8,7 @@ from sympy import Symbol
 
 from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, add, unit_of
 from modelgen.effects.motion import moved_input, moved_rate
-from modelgen.language import Abs, Equation, Max, Model, Parameter, Piecewise, Port, State, sign
+from modelgen.language import Abs, Equation, Max, Model, Parameter, Piecewise, Port, State, exp, sign
 
 MOTION = ("z", "v", "z_prev", "z_turn")
 
@@ -232,6 +232,30 @@ def _round_stop(side: int) -> Effect:
     )
 
 
+STEEP = 60.0
+"""The largest exponent: a search may ask for a stop that is beyond all motion."""
+
+
+def _soft_stop(side: int) -> Effect:
+    """F = ±G e^(x − 1), x = ±z/l: a stiffness that grows e-fold over a small part of the stroke is a stop."""
+    end = "upper" if side > 0 else "lower"
+
+    def law(at: Port, p: Values) -> Any:
+        x = side * at["z"] / p[f"l_{end}"] - 1
+        return side * p[f"G_{end}"] * exp((x + STEEP - Abs(x - STEEP)) / 2)  # the smaller of both, as above
+
+    return replace(
+        _stop(side),
+        says=f"beyond a certain displacement a soft stop at the {end} end comes into contact: its force "
+        "grows exponentially with the way, as of a rubber bumper",
+        source="A. N. Gent, Engineering with Rubber (2012), ch. 3: pads and bumpers in compression",
+        strengths=(Strength(f"G_{end}", "{port}", text="force at z = ± l"),),
+        apply=add(law),
+        shapes=(Shape(f"l_{end}", "{z}", "displacement", 0.05, 0.13, 2, text="way of e-fold growth"),),
+        common=0.5,
+    )
+
+
 SPREAD = (-0.8, -0.4, 0.0, 0.4, 0.8)
 """The middles of five equal parts of a uniform distribution, over its half width."""
 
@@ -256,5 +280,5 @@ gradual_backlash = Effect(
 
 EFFECTS = (
     backlash, loose_spring, dead_zone, free_play, gradual_backlash, gapped_friction,
-    _stop(1), _stop(-1), _round_stop(1), _round_stop(-1),
+    _stop(1), _stop(-1), _round_stop(1), _round_stop(-1), _soft_stop(1), _soft_stop(-1),
 )  # fmt: skip

@@ -70,7 +70,7 @@ def _exponential(side: int) -> Effect:
         "Y. C. Fung, Am. J. Physiol. 213 (1967) 1532: dF/dz linear in F",
         (Strength(f"k_{end}", "{port}/{z}", bounds=ANY, text="stiffness that grows e-fold over z_e"),),
         add(law),
-        (Shape(f"z_{end}", "{z}", "displacement", 0.2, 3.0, 4, text="displacement of e-fold growth, z_e"),),
+        (Shape(f"z_{end}", "{z}", "displacement", 0.4, 3.0, 4, text="displacement of e-fold growth, z_e"),),
         needs=("z",),
         common=0.5,
     )
