@@ -102,6 +102,16 @@ def shown(unit: pint.Unit) -> str:
     return unit_text(f"{unit:~C}") or "1"
 
 
+def change(unit: str) -> pint.Quantity[float]:
+    """A change by one `unit`: of °C it is one by a kelvin, without an offset. Raises InputError."""
+    units = registry()
+    found = units.Quantity(1.0, "")
+    for name, power in parse(unit)._units.items():
+        offset = units.Quantity(0.0, name).to_base_units().magnitude != 0
+        found = found * units.Quantity(1.0, f"delta_{name}" if offset else name) ** power
+    return found
+
+
 def bridge(found: pint.Unit, wanted: pint.Unit) -> tuple[float, str] | None:
     """How many `wanted` one `found` is, and the unit in which that number is 1, so that a product of it and
     something in `found` is in `wanted`: (1000, "mm/m") from m/s to mm/s.

@@ -130,12 +130,12 @@ def previous(x: Input) -> Input:
 
 
 def rate_of(x: Input, name: str, unit: str) -> Input:
-    """dx/dt, estimated from the record in a way that survives measurement noise (recordings.kinematics)."""
+    """dx/dt in `unit`, estimated from the record in a way that survives its noise (recordings.kinematics)."""
     return Input(name, unit, f"rate of {x.name}", ("rate", x.name))
 
 
 def acceleration_of(x: Input, name: str, unit: str) -> Input:
-    """d²x/dt², estimated from the record (recordings.kinematics)."""
+    """d²x/dt² in `unit`, estimated from the record (recordings.kinematics)."""
     return Input(name, unit, f"acceleration of {x.name}", ("acceleration", x.name))
 
 
