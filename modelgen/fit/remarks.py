@@ -74,6 +74,15 @@ def arrived(outcome: Outcome) -> list[str]:
     return [f"{outcome.reached} of {outcome.starts} starts reached this optimum"]
 
 
+def of_holdout(refitted: Sequence[Estimate]) -> list[str]:
+    """That not all of a held-out recording is predicted."""
+    names = list(dict.fromkeys(e.name.partition("[")[0] for e in refitted))
+    if not names:
+        return []
+    are = f"{', '.join(names)} {'are' if len(names) > 1 else 'is'}"
+    return [f"{are} refitted on each held-out recording alone, all else of it is predicted"]
+
+
 def outliers(whites: Sequence[Array]) -> str:
     """The few samples that stand alone and carry most of residuals (channels, n), in words; "" for none.
 
