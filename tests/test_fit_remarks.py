@@ -16,6 +16,7 @@ from modelgen.fit.result import FitResult
 from modelgen.models import kelvin_voigt
 from modelgen.recordings import Case, Recording
 from modelgen.recordings.case import Noise
+from modelgen.report.words import number
 
 SIGMA = 2e-3
 t = np.arange(2000) / 200
@@ -129,3 +130,7 @@ def test_outputs_of_two_units_are_both_shown(tmp_path: Path, capsys: pytest.Capt
     assert " N/mm, " in row and "°" in row
     (told,) = json.loads((tmp_path / "fit.json").read_text())["recordings"]
     assert told["unit"] == "N/mm" and [unit for _, unit in told["others"]] == ["deg"]
+    each = [o["rms_over_noise"] for o in told["outputs"]]
+    assert [(o["output"], o["unit"]) for o in told["outputs"]] == [("k_s", "N/mm"), ("loss_angle", "deg")]
+    assert np.hypot(*each) / 2**0.5 == pytest.approx(told["rms_over_noise"]) and each[0] != each[1]
+    assert row.rstrip().endswith("{} ({}, {})".format(*map(number, (told["rms_over_noise"], *each))))

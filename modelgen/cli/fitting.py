@@ -90,13 +90,10 @@ def print_fit(result: FitResult, to: Console) -> None:
     to.print(shown)
     met = table("recording", "role", "points", "rms", "over noise")
     for r in result.recordings:
-        cells = (
-            r.file,
-            r.role,
-            str(r.points),
-            ", ".join(f"{number(x)} {unit_text(u)}".rstrip() for x, u in ((r.rms, r.unit), *r.others)),
-            number(r.rms_over_noise),
-        )
+        sizes = [f"{number(o.rms)} {unit_text(o.unit)}".rstrip() for o in r.outputs]
+        ratios = [number(o.rms_over_noise) for o in r.outputs]
+        over = number(r.rms_over_noise) + (f" ({', '.join(ratios)})" if len(ratios) > 1 else "")
+        cells = (r.file, r.role, str(r.points), ", ".join(sizes), over)
         met.add_row(*(Text(cell) for cell in cells))
     to.print()
     to.print(met)

@@ -21,7 +21,7 @@ from modelgen.fit.multistart import MultiStart
 from modelgen.fit.problem import Problem, Vector, wide
 from modelgen.fit.recipe import Recipe, fit_recipe
 from modelgen.fit.remarks import Part, arrived, misfit, of_holdout, warnings
-from modelgen.fit.result import Estimate, FitResult, RecordingFit, estimates
+from modelgen.fit.result import Estimate, FitResult, OutputFit, RecordingFit, estimates
 from modelgen.fit.separating import confusions
 from modelgen.fit.series import Array, Series, make_series
 from modelgen.fit.trace import make_trace
@@ -239,15 +239,20 @@ def _rms(arrays: Sequence[Array]) -> float:
 
 def channels(model: Model, s: Series, raw: Array) -> dict[str, Array]:
     """Residuals by unit; of a complex quantity its modulus, so that its rms is that of |ΔZ|."""
-    from modelgen.codegen.lower import primary_outputs
-
     if s.measure in ("complex", "modulus", "phase"):
         return {"deg" if s.measure == "phase" else s.unit: np.linalg.norm(raw, axis=0)}
-    outputs = primary_outputs(model)
     by_unit: dict[str, list[Array]] = {}
-    for row, e in zip(s.rows, raw, strict=True):
-        by_unit.setdefault(model[outputs[row]].unit, []).append(e)
+    for name, e in zip(outputs_of(model, s), raw, strict=True):
+        by_unit.setdefault(model[name].unit, []).append(e)
     return {unit: np.concatenate(rows) for unit, rows in by_unit.items()}
+
+
+def outputs_of(model: Model, s: Series) -> list[str]:
+    """Names of the outputs that a recording is compared in, of real ones one for each channel."""
+    from modelgen.codegen.lower import primary_outputs
+
+    names = primary_outputs(model)
+    return [names[row] for row in s.rows] if s.measure == "real" else list(names[:1])
 
 
 def _by_unit(model: Model, parts: Sequence[tuple[Series, Array, Array]]) -> dict[str, dict[str, float]]:
@@ -262,4 +267,10 @@ def _by_unit(model: Model, parts: Sequence[tuple[Series, Array, Array]]) -> dict
 def _recording(model: Model, s: Series, raw: Array, white: Array) -> RecordingFit:
     (unit, rms), *others = ((unit, _rms([e])) for unit, e in channels(model, s, raw).items())
     more = tuple((x, u) for u, x in others)
-    return RecordingFit(s.name, s.role, s.n, rms, unit, _rms([white]), more)
+    over, names = _rms([white]), outputs_of(model, s)
+    each = tuple(
+        OutputFit(n, _rms([e]), model[n].unit, _rms([w])) for n, e, w in zip(names, raw, white, strict=False)
+    )
+    if len(names) == 1:  # a complex one has two channels
+        each = (OutputFit(names[0], rms, unit, over),)
+    return RecordingFit(s.name, s.role, s.n, rms, unit, over, more, each)

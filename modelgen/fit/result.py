@@ -33,10 +33,20 @@ class Estimate:
 
 
 @dataclass(frozen=True)
+class OutputFit:
+    """How one output of a recording is fitted: rms of the residual in `unit`, and relative to the noise."""
+
+    output: str
+    rms: float
+    unit: str
+    rms_over_noise: float
+
+
+@dataclass(frozen=True)
 class RecordingFit:
     """How one recording is fitted: rms of the residual in the output's unit, and relative to the noise.
 
-    others: (rms, unit) of outputs in further units.
+    others: (rms, unit) of outputs in further units. outputs: each by itself.
     """
 
     file: str
@@ -46,6 +56,7 @@ class RecordingFit:
     unit: str
     rms_over_noise: float
     others: tuple[tuple[float, str], ...] = ()
+    outputs: tuple[OutputFit, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -89,7 +100,7 @@ class FitResult:
         return {e.name: e.value for e in self.parameters}
 
     def to_dict(self) -> dict[str, Any]:
-        """The `fit` result of the contract, and more: correlation, rank, undetermined, refitted, recordings, …"""
+        """The `fit` result of the contract, and more: correlation, rank, refitted, recordings, notes, …"""
         main = next(iter(self.rms), "")
         whole = {
             "schema": SCHEMA,
