@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 
 from modelgen.cli import main
+from modelgen.cli.methods import read_method
 from modelgen.fit.fitting import fit
 from modelgen.fit.remarks import Array
 from modelgen.fit.result import FitResult
+from modelgen.language import Equation, Input, Model, Parameter, State, Symbol, sin
 from modelgen.models import kelvin_voigt
 from modelgen.recordings import Case, Recording
 from modelgen.recordings.case import Noise
@@ -90,6 +92,25 @@ def test_a_recording_in_another_unit_than_its_header_says(
     told = f"'odd' is about {times:g} times as large beside the model as 'a', 'c': are the units in their"
     assert len(said) == (times != 5.0) and all(n.startswith(told) for n in said)
     assert any("leaves something out" in n for n in result.notes) is (times == 5.0)
+
+
+def sine(states: bool) -> Model:
+    """A tone of unknown frequency: each wrong count of periods is a valley of its own."""
+    t, A = Input("t", "s"), Parameter("A", "mm", 1.0, (0.1, 9.0))
+    w, phi = Parameter("w", "1/s", 9.0, (1.0, 300.0)), Symbol("phi", real=True)
+    turns = State("phi", 0, rate=w) if states else Equation("phi", w * t)
+    x = Equation("x", A * sin(phi), "mm")
+    return Model("tone", (t,), (A, w), (turns, x), ("x",))
+
+
+@pytest.mark.parametrize("states", [False, True])
+def test_where_few_starts_arrive_it_says_what_to_do(states: bool) -> None:
+    model, e = sine(states), white()
+    r = Recording("a", None, "fit", {"t": t}, {"x": 2 * np.sin(150 * t) + e})
+    result = fit(model, Case(None, "tone", (r,), noise=Noise(sigma={"x": SIGMA})))
+    (said,) = [n for n in result.warnings if "starts reached this optimum" in n]
+    assert ("'ipopt(shooting=40)'" in said, "'multistart(200)'" in said) == (states, not states)
+    assert read_method(said.split("`--method '")[1].split("'`")[0]) is not None
 
 
 CASE = 'model = "kelvin_voigt"\n[bounds]\nk_d = {}\n[[recording]]\nfile = "a.csv"\n'

@@ -99,7 +99,7 @@ def _result(
     found = estimates(problem, theta, known)
     over = {role: _rms([w for s, _, w in parts if s.role == role]) for role in ("fit", "holdout")}
     amiss = (
-        *warnings(case, outcome, found, parts, over["fit"]),
+        *warnings(case, outcome, found, parts, over["fit"], problem.segments is not None),
         *broken(model, _values(ex, theta), constrained),
         *map(str, confusions(ex, theta, known)),
         *_kinds(model),

@@ -16,6 +16,7 @@ Part = tuple[Series, Array, Array]
 
 MISFIT = 1.5  # rms over noise above which a note says that the model leaves something out
 FEW = 0.25  # share of the starts that arrive, below which the optimum may not be the best
+MANY = 200  # starts that are proposed where few arrive
 GROSS = 5.0  # robust standard deviations beyond which a sample may be an outlier
 RARE = 0.03  # share of the samples that may be
 MOST = 0.5  # share of r·r that they must carry to be what is amiss
@@ -26,15 +27,35 @@ CLOSE = 0.3  # relative error of such a factor, and share of the data that is le
 
 
 def warnings(
-    case: Case, outcome: Outcome, found: Sequence[Estimate], parts: Sequence[Part], over: float
+    case: Case,
+    outcome: Outcome,
+    found: Sequence[Estimate],
+    parts: Sequence[Part],
+    over: float,
+    cut: bool = False,
 ) -> list[str]:
-    """What may be amiss with recordings, parameters or the search. over: rms of the fitted over noise."""
+    """What may be amiss with recordings, parameters or the search. over: rms of the fitted over noise. cut:
+    whether recordings can be cut into segments (multiple shooting)."""
     said = [warning for r in case.recordings for warning in r.warnings]
     said += [f"{e.name} lies on its bound" for e in found if e.at_bound]
     said += _of_noise(parts, over)
     if outcome.starts > 1 and outcome.reached < FEW * outcome.starts:
-        said.append(f"only {outcome.reached} of {outcome.starts} starts reached this optimum")
+        said.append(_few(outcome, cut))
     return said
+
+
+def _few(outcome: Outcome, cut: bool) -> str:
+    """That few starts arrived, and what to do about it."""
+    more = max(MANY, 10 * outcome.starts)
+    cure = (
+        "for a model with states `--method 'ipopt(shooting=40)'` often arrives from farther away"
+        if cut
+        else f"`--method 'multistart({more})'` tries more of them"
+    )
+    return (
+        f"only {outcome.reached} of {outcome.starts} starts reached this optimum, so there may be a better "
+        f"one: {cure}, narrower [bounds] or `--start NAME=VALUE` begin nearer to it"
+    )
 
 
 def _of_noise(parts: Sequence[Part], over: float) -> list[str]:
