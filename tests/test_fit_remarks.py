@@ -77,6 +77,28 @@ def test_noise_with_a_colour_is_told_though_it_is_small(sigma: float | None) -> 
     assert "neighbouring residuals are alike (correlation 0.3" in said and "1.4 times too small" in said
 
 
+@pytest.mark.parametrize(("times", "noise"), [(1.7, True), (1.7, False), (2.5, True)])
+def test_a_residual_that_looks_like_more_noise_is_said_to(times: float, noise: bool) -> None:
+    """Noise that is stated too small, or a slow wave of the same size beside it."""
+    wave = SIGMA * np.sqrt(2 * (times**2 - 1)) * np.sin(5 * t)
+    e = times * white() if noise else white() + wave
+    notes = fitted(record(noise=e), sigma=SIGMA).notes
+    rather = [n for n in notes if "looks like noise of that level" in n]
+    firm = [n for n in notes if "noise: the model leaves something out, which" in n]
+    assert (len(rather), len(firm)) == ((1, 0) if noise and times < 2 else (0, 1))
+
+
+def test_a_few_samples_tell_no_noise_from_physics() -> None:
+    r = record(noise=1.8 * white())
+    few = Recording("a", None, "fit", {n: x[:60] for n, x in r.inputs.items()}, {"F": r.outputs["F"][:60]})
+    notes = fitted(few, sigma=SIGMA).notes
+    assert [
+        n
+        for n in notes
+        if n.endswith("or the noise is stated too small; the samples are too few to tell which")
+    ]
+
+
 def test_noise_that_is_stated_as_larger_covers_its_colour() -> None:
     assert fitted(record(noise=coloured(0.35)), sigma=3 * SIGMA).warnings == ()
 

@@ -15,6 +15,10 @@ Part = tuple[Series, Array, Array]
 """A recording, its residual (channels, n) in the model's units, model less data, and the same whitened."""
 
 MISFIT = 1.5  # rms over noise above which a note says that the model leaves something out
+LITTLE = 2.0  # and up to which it may be that the stated noise is too small
+TELLING = (
+    100  # neighbours by whose correlation noise is told from what the model misses, where that is little
+)
 FEW = 0.25  # share of the starts that arrive, below which the optimum may not be the best
 MANY = 200  # starts that are proposed where few arrive
 GROSS = 5.0  # robust standard deviations beyond which a sample may be an outlier
@@ -80,12 +84,30 @@ def misfit(parts: Sequence[Part], over: float, stated: bool) -> list[str]:
     fitted = [white for s, _, white in parts if s.role == "fit"]
     if not over > MISFIT or other_unit(parts) or outliers(fitted):
         return []
+    if stated and over <= LITTLE and (instead := _rather_noise(fitted, over)):
+        return [instead]
     noise = "the noise" if stated else "what neighbouring samples scatter by"
     other = "" if stated else ", or the noise is not independent from sample to sample"
     return [
         f"the residual is {over:.3g} times {noise}: the model leaves something out, which "
         f"standard deviations do not cover{other}; `modelgen diagnose` looks for it"
     ]
+
+
+def _rather_noise(whites: Sequence[Array], over: float) -> str:
+    """That a residual somewhat larger than the stated noise may be noise all the same; "" where it is not
+    independent from sample to sample."""
+    r, pairs = _neighbours(whites)
+    doubt = "the model leaves something out, or the noise is stated too small"
+    if pairs < TELLING:
+        return f"the residual is {over:.3g} times the noise: {doubt}; the samples are too few to tell which"
+    if abs(r) > CHANCE / np.sqrt(pairs):
+        return ""
+    return (
+        f"the residual is {over:.3g} times the stated noise, and looks like noise of that level (neighbouring "
+        "samples are not alike): either what is stated is too small, and with it standard deviations, or the "
+        "model leaves something out; `modelgen diagnose` looks for it"
+    )
 
 
 def arrived(outcome: Outcome) -> list[str]:
@@ -130,12 +152,17 @@ CHI2_MEDIAN = 0.455
 def likeness(whites: Sequence[Array]) -> float:
     """Correlation of neighbouring residuals (channels, n) of all recordings; 0 where it is an accident or
     makes no difference."""
+    r, pairs = _neighbours(whites)
+    return r if pairs and r > max(ALIKE, CHANCE / np.sqrt(pairs)) else 0.0
+
+
+def _neighbours(whites: Sequence[Array]) -> tuple[float, int]:
+    """Correlation of neighbouring residuals (channels, n) of all recordings, and of how many pairs."""
     pairs = sum(w.shape[0] * (w.shape[1] - 1) for w in whites)
     power = sum(float(np.sum(w**2)) for w in whites)
     if not (pairs > 0 and power > 0):
-        return 0.0
-    r = sum(float(np.sum(w[:, 1:] * w[:, :-1])) for w in whites) / power
-    return r if r > max(ALIKE, CHANCE / np.sqrt(pairs)) else 0.0
+        return 0.0, 0
+    return sum(float(np.sum(w[:, 1:] * w[:, :-1])) for w in whites) / power, pairs
 
 
 def other_unit(parts: Sequence[Part]) -> list[str]:
