@@ -104,7 +104,7 @@ def _rather_noise(whites: Sequence[Array], over: float) -> str:
     if abs(r) > CHANCE / np.sqrt(pairs):
         return ""
     return (
-        f"the residual is {over:.3g} times the stated noise, and looks like noise of that level (neighbouring "
+        f"the residual is {over:.3g} times the stated noise and looks like noise of that level (neighbouring "
         "samples are not alike): either what is stated is too small, and with it standard deviations, or the "
         "model leaves something out; `modelgen diagnose` looks for it"
     )
