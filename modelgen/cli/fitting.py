@@ -79,13 +79,13 @@ def print_fit(result: FitResult, to: Console) -> None:
     """Parameters, how well each recording is met, and what the data leave open."""
     from rich.text import Text
 
-    from modelgen.report.words import measured, number, unit_text
+    from modelgen.report.words import measured, number, unit_cell, unit_text
 
     shown = table(result.model, "value", "unit", "")
     for e in (*result.parameters, *result.refitted):
         mark = "not determined" if not e.determined else "on its bound" if e.at_bound else ""
         marks = ("refitted on the hold-out" if e in result.refitted else "", mark)
-        row = (e.name, measured(e.value, e.std), unit_text(e.unit), ", ".join(filter(None, marks)))
+        row = (e.name, measured(e.value, e.std), unit_cell(e.unit), ", ".join(filter(None, marks)))
         shown.add_row(*(Text(cell) for cell in row))
     to.print(shown)
     met = table("recording", "role", "points", "rms", "over noise")
