@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     import pint
 
 
+PURE = ("", "1", "-", "dimensionless")
+"""How people write the unit of a pure number."""
 RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹"
 LOWERED, LIFTED = str.maketrans(RAISED, "0123456789"), str.maketrans("0123456789-+.", RAISED + "⁻⁺·")
 NAMED = {"ohm": "Ω", "deg": "°", "degC": "°C", "um": "µm", "uohm": "µΩ", "mohm": "mΩ", "kohm": "kΩ"}
@@ -47,7 +49,7 @@ def parse(unit: str) -> pint.Unit:
         text = text.replace(a, b)
     small = re.sub(r"\b[A-Z][a-z]{2,}\b", lambda p: p[0].lower(), text)  # "Ohms", "Deg", but not "MOhm"
     units = registry()
-    for spelling in ("dimensionless" if text in ("", "1", "-") else text, small):
+    for spelling in ("dimensionless" if text in PURE else text, small):
         try:
             return units.Unit(spelling)
         except Exception as why:  # Pint raises half a dozen kinds
@@ -91,7 +93,7 @@ def tidy(unit: str) -> str:
 
 def unit_text(unit: str) -> str:
     """A unit as it is printed: "N*s/mm**2" → "N·s/mm²"; a pure number has none."""
-    if unit.strip() in ("", "1", "dimensionless"):
+    if unit.strip() in PURE:
         return ""
     raised = re.sub(r"(?:\*\*|\^)\(?(-?\d+(?:\.\d+)?)\)?", lambda m: m[1].translate(LIFTED), unit)
     return re.sub(r"[A-Za-z]+", lambda m: NAMED.get(m[0], m[0]), raised).replace("*", "·")
@@ -100,6 +102,16 @@ def unit_text(unit: str) -> str:
 def shown(unit: pint.Unit) -> str:
     """A unit that was computed, as it is printed; "1" for none."""
     return unit_text(f"{unit:~C}") or "1"
+
+
+def change(unit: str) -> pint.Quantity[float]:
+    """A change by one `unit`: of °C it is one by a kelvin, without an offset. Raises InputError."""
+    units = registry()
+    found = units.Quantity(1.0, "")
+    for name, power in parse(unit)._units.items():
+        offset = units.Quantity(0.0, name).to_base_units().magnitude != 0
+        found = found * units.Quantity(1.0, f"delta_{name}" if offset else name) ** power
+    return found
 
 
 def bridge(found: pint.Unit, wanted: pint.Unit) -> tuple[float, str] | None:

@@ -161,6 +161,14 @@ CASES = {
     CASE.replace("M_m = 0.015", "M_m = 'heavy'"): "wanted a number",
     CASE.replace("M_m = 0.015", "M_m = nan"): "wanted a finite number",
     CASE.replace("M_m = 0.015", "M_m = "): "line 3",
+    CASE + "[noise]\nZ = 1\n[noise]\nZ_relative = 1\n": (
+        "line 8: a second \\[noise\\], first in line 6: wanted one, with all that is in both$"
+    ),
+    CASE.replace("M_m = 0.015", "M_m = 0.015\nM_m = 2"): "line 4: 'M_m' is given twice, first in line 3$",
+    CASE.replace("M_m = 0.015", "M_m = [1,\n2]\nM_m = [2,\n3]"): "'M_m' is given twice, first in line 3$",
+    CASE + "noise = { Z = 1, Z = 2 }\n": "line 6: 'Z' is given twice$",
+    CASE
+    + "[recording]\n": "line 6: \\[recording\\] .*first in line 4: wanted \\[\\[recording\\]\\] for each$",
     CASE.replace("M_m = 0.015", "M_m = -1"): "\\[constants\\] M_m: -1 is below 1e-09, its least value",
     CASE.replace("[[rec", "[bounds]\nR_e = [-9, -3]\n[[rec"): "\\[bounds\\] R_e: -3 is below",
     CASE.replace("[[rec", "[noise]\nZ = 1e300\n[[rec"): "Z = 1e\\+300: too large",

@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 
 from modelgen.cli import main
+from modelgen.cli.methods import read_method
 from modelgen.fit.fitting import fit
 from modelgen.fit.remarks import Array
 from modelgen.fit.result import FitResult
+from modelgen.language import Equation, Input, Model, Parameter, State, Symbol, sin
 from modelgen.models import kelvin_voigt
 from modelgen.recordings import Case, Recording
 from modelgen.recordings.case import Noise
+from modelgen.report.words import number
 
 SIGMA = 2e-3
 t = np.arange(2000) / 200
@@ -74,6 +77,28 @@ def test_noise_with_a_colour_is_told_though_it_is_small(sigma: float | None) -> 
     assert "neighbouring residuals are alike (correlation 0.3" in said and "1.4 times too small" in said
 
 
+@pytest.mark.parametrize(("times", "noise"), [(1.7, True), (1.7, False), (2.5, True)])
+def test_a_residual_that_looks_like_more_noise_is_said_to(times: float, noise: bool) -> None:
+    """Noise that is stated too small, or a slow wave of the same size beside it."""
+    wave = SIGMA * np.sqrt(2 * (times**2 - 1)) * np.sin(5 * t)
+    e = times * white() if noise else white() + wave
+    notes = fitted(record(noise=e), sigma=SIGMA).notes
+    rather = [n for n in notes if "looks like noise of that level" in n]
+    firm = [n for n in notes if "noise: the model leaves something out, which" in n]
+    assert (len(rather), len(firm)) == ((1, 0) if noise and times < 2 else (0, 1))
+
+
+def test_a_few_samples_tell_no_noise_from_physics() -> None:
+    r = record(noise=1.8 * white())
+    few = Recording("a", None, "fit", {n: x[:60] for n, x in r.inputs.items()}, {"F": r.outputs["F"][:60]})
+    notes = fitted(few, sigma=SIGMA).notes
+    assert [
+        n
+        for n in notes
+        if n.endswith("or the noise is stated too small; the samples are too few to tell which")
+    ]
+
+
 def test_noise_that_is_stated_as_larger_covers_its_colour() -> None:
     assert fitted(record(noise=coloured(0.35)), sigma=3 * SIGMA).warnings == ()
 
@@ -89,6 +114,25 @@ def test_a_recording_in_another_unit_than_its_header_says(
     told = f"'odd' is about {times:g} times as large beside the model as 'a', 'c': are the units in their"
     assert len(said) == (times != 5.0) and all(n.startswith(told) for n in said)
     assert any("leaves something out" in n for n in result.notes) is (times == 5.0)
+
+
+def sine(states: bool) -> Model:
+    """A tone of unknown frequency: each wrong count of periods is a valley of its own."""
+    t, A = Input("t", "s"), Parameter("A", "mm", 1.0, (0.1, 9.0))
+    w, phi = Parameter("w", "1/s", 9.0, (1.0, 300.0)), Symbol("phi", real=True)
+    turns = State("phi", 0, rate=w) if states else Equation("phi", w * t)
+    x = Equation("x", A * sin(phi), "mm")
+    return Model("tone", (t,), (A, w), (turns, x), ("x",))
+
+
+@pytest.mark.parametrize("states", [False, True])
+def test_where_few_starts_arrive_it_says_what_to_do(states: bool) -> None:
+    model, e = sine(states), white()
+    r = Recording("a", None, "fit", {"t": t}, {"x": 2 * np.sin(150 * t) + e})
+    result = fit(model, Case(None, "tone", (r,), noise=Noise(sigma={"x": SIGMA})))
+    (said,) = [n for n in result.warnings if "starts reached this optimum" in n]
+    assert ("'ipopt(shooting=40)'" in said, "'multistart(200)'" in said) == (states, not states)
+    assert read_method(said.split("`--method '")[1].split("'`")[0]) is not None
 
 
 CASE = 'model = "kelvin_voigt"\n[bounds]\nk_d = {}\n[[recording]]\nfile = "a.csv"\n'
@@ -129,3 +173,7 @@ def test_outputs_of_two_units_are_both_shown(tmp_path: Path, capsys: pytest.Capt
     assert " N/mm, " in row and "°" in row
     (told,) = json.loads((tmp_path / "fit.json").read_text())["recordings"]
     assert told["unit"] == "N/mm" and [unit for _, unit in told["others"]] == ["deg"]
+    each = [o["rms_over_noise"] for o in told["outputs"]]
+    assert [(o["output"], o["unit"]) for o in told["outputs"]] == [("k_s", "N/mm"), ("loss_angle", "deg")]
+    assert np.hypot(*each) / 2**0.5 == pytest.approx(told["rms_over_noise"]) and each[0] != each[1]
+    assert row.rstrip().endswith("{} ({}, {})".format(*map(number, (told["rms_over_noise"], *each))))

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 import modelgen as mg
+from modelgen.cli.fitting import print_fit
 from modelgen.errors import InputError
 from modelgen.fit.fitting import fit
 from modelgen.fit.method import Method
@@ -128,10 +131,23 @@ def test_a_hold_out_is_predicted_with_only_its_own_parameters_refitted() -> None
     assert result["F_0[a]"].value == pytest.approx(1.3, abs=0.001)
     assert result["F_0[b]"].value == pytest.approx(1.5, abs=0.001)
     assert "F_0[c]" not in result.values and "r_0[a]" in result.values
+    assert [e.name for e in result.refitted] == ["F_0[c]", "r_0[c]"]
+    assert abs(result["F_0[c]"].value - 2.0) < 4 * result["F_0[c]"].std < 0.001
+    assert abs(result["r_0[c]"].value - 0.3) < 4 * result["r_0[c]"].std
+    assert any(n.startswith("F_0, r_0 are refitted on each held-out recording alone") for n in result.notes)
+    assert result.to_dict()["refitted"]["F_0[c]"]["value"] == result["F_0[c]"].value
     assert result.rms_over_noise["holdout"] == pytest.approx(1, abs=0.1)
     assert result.rms["N"]["holdout"] == pytest.approx(1.85e-3, rel=0.1)
     shared = fit(mg.models.modified_dahl, rubber(*recordings))
     assert shared.rms_over_noise["holdout"] > 10
+
+
+def test_what_is_refitted_on_a_hold_out_is_marked_in_the_table() -> None:
+    case = rubber(loop("a"), loop("c", "holdout", 2, F_0=2.0, r_0=0.3), per_recording=("F_0",))
+    to = Console(width=120, record=True, file=StringIO())
+    print_fit(fit(mg.models.modified_dahl, case), to)
+    marked = [line for line in to.export_text().splitlines() if "refitted on the hold-out" in line]
+    assert [line.split()[0] for line in marked] == ["F_0[c]", "r_0[c]"]
 
 
 def test_a_hold_out_changes_no_parameter() -> None:

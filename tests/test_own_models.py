@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -117,3 +118,33 @@ def test_bounds_in_another_unit_than_the_model_s_are_refused(lag: Path) -> None:
             f"case.toml, [bounds] T_0 = {bounds}: apart from lag's own bounds [280, 310]; "
             "numbers of a case are in the model's units, here K"
         )
+
+
+LINE = """
+from modelgen.language import Equation, Input, Model, Parameter
+
+x, a, b = Input("x", ""), Parameter("a", "", 1.0), Parameter("b", "dimensionless", 1.0)
+line = Model("line", (x,), (a, b), (Equation("y", a * x + b, "-"),), ("y",))
+"""
+
+
+def test_a_pure_number_has_the_unit_1_however_it_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    x = np.linspace(0.1, 1, 40)
+    y = 2 * x + 1 + 0.01 * np.random.default_rng(0).standard_normal(40)
+    np.savetxt(tmp_path / "record.csv", np.c_[x, y], delimiter=",", header="x [1],y [1]", comments="")
+    (tmp_path / "line.py").write_text(LINE)
+    (tmp_path / "case.toml").write_text('model = "line.py:line"\n[[recording]]\nfile = "record.csv"\n')
+    for command in ("fit", "diagnose"):
+        to = tmp_path / f"{command}.json"
+        assert main([command, str(tmp_path / "case.toml"), "--json", str(to)]) == 0
+        told = json.loads(to.read_text())
+        assert {p["unit"] for p in told["parameters"].values()} == {"1"}
+        out = capsys.readouterr().out
+        if command == "fit":
+            assert told["rms"]["unit"] == "1" and list(told["rms_by_unit"]) == ["1"]
+            rows = [line.split() for line in out.splitlines() if line.startswith(("a ", "b "))]
+            assert [row[-1] for row in rows] == ["1", "1"]
+        else:
+            assert told["fit"]["unit"] == "1" and "fit [1]" in out

@@ -79,23 +79,21 @@ def print_fit(result: FitResult, to: Console) -> None:
     """Parameters, how well each recording is met, and what the data leave open."""
     from rich.text import Text
 
-    from modelgen.report.words import measured, number, unit_text
+    from modelgen.report.words import measured, number, unit_cell, unit_text
 
     shown = table(result.model, "value", "unit", "")
-    for e in result.parameters:
+    for e in (*result.parameters, *result.refitted):
         mark = "not determined" if not e.determined else "on its bound" if e.at_bound else ""
-        row = (e.name, measured(e.value, e.std), unit_text(e.unit), mark)
+        marks = ("refitted on the hold-out" if e in result.refitted else "", mark)
+        row = (e.name, measured(e.value, e.std), unit_cell(e.unit), ", ".join(filter(None, marks)))
         shown.add_row(*(Text(cell) for cell in row))
     to.print(shown)
     met = table("recording", "role", "points", "rms", "over noise")
     for r in result.recordings:
-        cells = (
-            r.file,
-            r.role,
-            str(r.points),
-            ", ".join(f"{number(x)} {unit_text(u)}".rstrip() for x, u in ((r.rms, r.unit), *r.others)),
-            number(r.rms_over_noise),
-        )
+        sizes = [f"{number(o.rms)} {unit_text(o.unit)}".rstrip() for o in r.outputs]
+        ratios = [number(o.rms_over_noise) for o in r.outputs]
+        over = number(r.rms_over_noise) + (f" ({', '.join(ratios)})" if len(ratios) > 1 else "")
+        cells = (r.file, r.role, str(r.points), ", ".join(sizes), over)
         met.add_row(*(Text(cell) for cell in cells))
     to.print()
     to.print(met)

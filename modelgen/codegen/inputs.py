@@ -10,6 +10,7 @@ import numpy as np
 
 from modelgen.errors import InputError
 from modelgen.language import Model
+from modelgen.language.derived import derived_scale
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -57,7 +58,8 @@ def complete_inputs(
 def _motion(
     model: Model, of: str, arrays: Mapping[str, Array], sigma: Mapping[str, float | None]
 ) -> dict[str, Array]:
-    """Input `of`, smoothed as far as its noise demands, and what is derived from its motion and not given."""
+    """Input `of`, smoothed as far as its noise demands, and what is derived from its motion and not given,
+    each in its own unit."""
     from modelgen.recordings.envelope import amplitude, quadrature
     from modelgen.recordings.kinematics import kinematics
 
@@ -67,7 +69,7 @@ def _motion(
         "amplitude": lambda: amplitude(k.z), "quadrature": lambda: quadrature(k.z),
     }  # fmt: skip
     wanted = {
-        i.name: found[i.derived[0]]()
+        i.name: found[i.derived[0]]() * derived_scale(model, i)
         for i in model.inputs
         if i.derived and i.derived[1] == of and i.derived[0] in found and i.name not in arrays
     }

@@ -28,6 +28,7 @@ from modelgen.export.unit import Unit, make_unit
 from modelgen.export.values import default_of, default_range, parse_fixed
 from modelgen.files import write_atomically
 from modelgen.language import Equation, Input, Model, State
+from modelgen.language.derived import per
 from modelgen.language.quantities import BACKWARD
 
 VERSIONS = (2, 3)
@@ -69,7 +70,7 @@ def stand_alone(model: Model) -> Model:
         kind, of = i.derived or ("", "")
         x = inputs[of]
         if kind == "rate":
-            change = x.symbol - _previous(inputs, x).symbol
+            change, scale = x.symbol - _previous(inputs, x).symbol, per(x.unit, t.unit, 1, i.unit)
         else:
             v = next((m for m in moving if m.derived == ("rate", of)), None)
             if v is None:
@@ -78,8 +79,9 @@ def stand_alone(model: Model) -> Model:
             states.append(
                 State(last.name, 0, update=v.symbol, unit=v.unit, text=f"{v.name} of the step before")
             )
-            change = v.symbol - last
-        expr = sp.Piecewise((change / dt.symbol, dt.symbol > 0), (0, True))
+            change, scale = v.symbol - last, per(v.unit, t.unit, 1, i.unit)
+        rise = change / dt.symbol if scale == 1 else scale * change / dt.symbol
+        expr = sp.Piecewise((rise, dt.symbol > 0), (0, True))
         equations.append(Equation(i.name, expr, i.unit, text=i.text))
     return replace(
         model,

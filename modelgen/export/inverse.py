@@ -18,6 +18,7 @@ from modelgen.errors import InputError, did_you_mean
 from modelgen.export.exact import DIGITS, run
 from modelgen.export.values import default_range, trials
 from modelgen.language import Equation, Implicit, Input, Model, Output, Parameter, State
+from modelgen.language.derived import per
 from modelgen.language.quantities import BACKWARD
 
 
@@ -98,15 +99,21 @@ def _derived(model: Model, z: Input, dt: Equation, last: Any) -> tuple[Any, list
             raise InputError(f"model '{model.id}' cannot be inverted: it needs the {k} of '{z.name}'")
     moving = dt.symbol > 0
     equations = [Equation(kinds[k].name, last, z.unit, text=kinds[k].text) for k in BACKWARD if k in kinds]
-    rate = sp.Piecewise(((z.symbol - last) / dt.symbol, moving), (0, True))
+
+    def over_step(change: Any, unit: str, wanted: str) -> Any:
+        scale = per(unit, dt.unit, 1, wanted)
+        rise = change / dt.symbol if scale == 1 else scale * change / dt.symbol
+        return sp.Piecewise((rise, moving), (0, True))
+
     states = [State(last.name, update=z.symbol, unit=z.unit, text=f"{z.text} of the last sample")]
     if "rate" in kinds or "acceleration" in kinds:
-        v = kinds.get("rate") or Input(f"{z.name}_rate", kinds["acceleration"].unit)
+        v = kinds.get("rate") or Input(f"{z.name}_rate", f"({z.unit})/({dt.unit})")
+        rate = over_step(z.symbol - last, z.unit, v.unit)
         equations.append(Equation(v.name, rate, v.unit, text=f"{v.text}, over the step"))
         if "acceleration" in kinds and kinds["acceleration"].name in used:
             v_last = sp.Symbol(f"{v.name}_last", real=True)
-            a = sp.Piecewise(((v.symbol - v_last) / dt.symbol, moving), (0, True))
-            equations.append(Equation(kinds["acceleration"].name, a, kinds["acceleration"].unit))
+            bend = kinds["acceleration"]
+            equations.append(Equation(bend.name, over_step(v.symbol - v_last, v.unit, bend.unit), bend.unit))
             states.append(
                 State(v_last.name, update=v.symbol, unit=v.unit, text=f"{v.text} over the last step")
             )

@@ -10,6 +10,7 @@ import numpy as np
 
 from modelgen.errors import InputError, one_of
 from modelgen.language import Input, Model, Parameter
+from modelgen.language.derived import derived_scale
 from modelgen.language.quantities import BACKWARD
 
 POINTS = 16
@@ -153,7 +154,7 @@ def _motion(
             }
             row[name] = values[""]
             row |= {
-                i.name: values[i.derived[0]]
+                i.name: values[i.derived[0]] * derived_scale(model, i)
                 for i in model.inputs
                 if i.derived and i.derived[1] == name and i.derived[0] in values
             }

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from modelgen.fit.problem import Inequality, Problem
     from modelgen.fit.pso import PSO
     from modelgen.fit.recipe import Recipe, Stage, run_recipe
-    from modelgen.fit.result import Estimate, FitResult, RecordingFit, estimates
+    from modelgen.fit.result import Estimate, FitResult, OutputFit, RecordingFit, estimates
     from modelgen.fit.uncertainty import Uncertainty, assess
 
 _HOME = {
@@ -42,6 +42,7 @@ _HOME = {
     "run_recipe": "recipe",
     "Estimate": "result",
     "FitResult": "result",
+    "OutputFit": "result",
     "RecordingFit": "result",
     "estimates": "result",
     "Uncertainty": "uncertainty",
@@ -59,6 +60,7 @@ __all__ = [
     "Method",
     "MultiStart",
     "Outcome",
+    "OutputFit",
     "Problem",
     "Profile",
     "Reason",

@@ -8,6 +8,7 @@ from concurrent.futures import Executor
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from modelgen.errors import InputError, did_you_mean
 from modelgen.fit.conditions import broken, held_values
@@ -19,8 +20,8 @@ from modelgen.fit.motion import with_motion
 from modelgen.fit.multistart import MultiStart
 from modelgen.fit.problem import Problem, Vector, wide
 from modelgen.fit.recipe import Recipe, fit_recipe
-from modelgen.fit.remarks import arrived, misfit, warnings
-from modelgen.fit.result import FitResult, RecordingFit, estimates
+from modelgen.fit.remarks import Part, arrived, misfit, of_holdout, warnings
+from modelgen.fit.result import Estimate, FitResult, OutputFit, RecordingFit, estimates
 from modelgen.fit.separating import confusions
 from modelgen.fit.series import Array, Series, make_series
 from modelgen.fit.trace import make_trace
@@ -92,11 +93,13 @@ def _result(
     model, theta = ex.model, outcome.theta
     known = assess(problem, theta, estimate_noise=not all(s.stated for s in ex.series))
     parts = [(s, ex.raw(theta, k), w) for k, (s, w) in enumerate(_whitened(ex, theta))]
-    parts += [predict(ex, case, theta, r) for r in case.holdout]
+    predicted = [predict(ex, case, theta, r) for r in case.holdout]
+    parts += [part for part, _ in predicted]
+    refitted = tuple(e for _, own in predicted for e in own)
     found = estimates(problem, theta, known)
     over = {role: _rms([w for s, _, w in parts if s.role == role]) for role in ("fit", "holdout")}
     amiss = (
-        *warnings(case, outcome, found, parts, over["fit"]),
+        *warnings(case, outcome, found, parts, over["fit"], problem.segments is not None),
         *broken(model, _values(ex, theta), constrained),
         *map(str, confusions(ex, theta, known)),
         *_kinds(model),
@@ -107,7 +110,7 @@ def _result(
         undetermined=known.undetermined, rms=_by_unit(model, parts), rms_over_noise=over,
         seconds=time.perf_counter() - began, reason=outcome.reason.value, method=method,
         recordings=tuple(_recording(model, *p) for p in parts),
-        notes=(*amiss, *size, *arrived(outcome)), warnings=amiss,
+        notes=(*amiss, *size, *of_holdout(refitted), *arrived(outcome)), warnings=amiss, refitted=refitted,
         traces=tuple(make_trace(model, s, raw, raw, np.zeros(s.n, bool), s.whitener) for s, raw, _ in parts),
     )  # fmt: skip
 
@@ -119,8 +122,9 @@ def _again(ex: Experiment, before: Problem, outcome: Outcome, constrained: bool)
     return problem, replace(outcome, theta=last.theta, value=last.value)
 
 
-def predict(ex: Experiment, case: Case, theta: Vector, held: Recording) -> tuple[Series, Array, Array]:
-    """The recording `held` as a series, its raw and whitened residual (channels, n), by the shared θ.
+def predict(ex: Experiment, case: Case, theta: Vector, held: Recording) -> tuple[Part, tuple[Estimate, ...]]:
+    """The recording `held` as a series, its raw and whitened residual (channels, n), by the shared θ; and
+    what it has of its own.
 
     θ belongs to the layout of `ex`. Parameters with a value in each recording are fitted to it alone.
     Raises InputError when it is shorter than these are many, or lacks a constant that all others have.
@@ -143,7 +147,16 @@ def predict(ex: Experiment, case: Case, theta: Vector, held: Recording) -> tuple
     if own.any():
         full[own] = GaussNewton().run(alone.problem_of(own, full)).theta
     alone = with_motion(alone, case, [held], full)
-    return alone.series[0], alone.raw(full, 0), alone.whitened(full)[0]
+    return (alone.series[0], alone.raw(full, 0), alone.whitened(full)[0]), _own(alone, own, full)
+
+
+def _own(alone: Experiment, own: NDArray[np.bool_], theta: Vector) -> tuple[Estimate, ...]:
+    """Estimates of those of θ that are a recording's `own`, as if what is shared were known exactly."""
+    if not own.any():
+        return ()
+    s, problem = alone.series[0], alone.problem_of(own, theta)
+    known = assess(problem, theta[own], estimate_noise=not s.stated)
+    return tuple(replace(e, name=f"{e.name}[{s.name}]") for e in estimates(problem, theta[own], known))
 
 
 def _started(problem: Problem, start: Mapping[str, float] | None) -> Problem:
@@ -226,15 +239,20 @@ def _rms(arrays: Sequence[Array]) -> float:
 
 def channels(model: Model, s: Series, raw: Array) -> dict[str, Array]:
     """Residuals by unit; of a complex quantity its modulus, so that its rms is that of |ΔZ|."""
-    from modelgen.codegen.lower import primary_outputs
-
     if s.measure in ("complex", "modulus", "phase"):
         return {"deg" if s.measure == "phase" else s.unit: np.linalg.norm(raw, axis=0)}
-    outputs = primary_outputs(model)
     by_unit: dict[str, list[Array]] = {}
-    for row, e in zip(s.rows, raw, strict=True):
-        by_unit.setdefault(model[outputs[row]].unit, []).append(e)
+    for name, e in zip(outputs_of(model, s), raw, strict=True):
+        by_unit.setdefault(model[name].unit, []).append(e)
     return {unit: np.concatenate(rows) for unit, rows in by_unit.items()}
+
+
+def outputs_of(model: Model, s: Series) -> list[str]:
+    """Names of the outputs that a recording is compared in, of real ones one for each channel."""
+    from modelgen.codegen.lower import primary_outputs
+
+    names = primary_outputs(model)
+    return [names[row] for row in s.rows] if s.measure == "real" else list(names[:1])
 
 
 def _by_unit(model: Model, parts: Sequence[tuple[Series, Array, Array]]) -> dict[str, dict[str, float]]:
@@ -249,4 +267,10 @@ def _by_unit(model: Model, parts: Sequence[tuple[Series, Array, Array]]) -> dict
 def _recording(model: Model, s: Series, raw: Array, white: Array) -> RecordingFit:
     (unit, rms), *others = ((unit, _rms([e])) for unit, e in channels(model, s, raw).items())
     more = tuple((x, u) for u, x in others)
-    return RecordingFit(s.name, s.role, s.n, rms, unit, _rms([white]), more)
+    over, names = _rms([white]), outputs_of(model, s)
+    each = tuple(
+        OutputFit(n, _rms([e]), model[n].unit, _rms([w])) for n, e, w in zip(names, raw, white, strict=False)
+    )
+    if len(names) == 1:  # a complex one has two channels
+        each = (OutputFit(names[0], rms, unit, over),)
+    return RecordingFit(s.name, s.role, s.n, rms, unit, over, more, each)

@@ -16,6 +16,7 @@ from modelgen.fit.banded import beside, smears
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.series import Array, Series, input_noise
 from modelgen.fit.whitener import Smear
+from modelgen.language.derived import derived_scale
 from modelgen.recordings import Case, Recording
 from modelgen.recordings.kinematics import Kinematics
 from modelgen.recordings.turns import SURE
@@ -32,7 +33,7 @@ class MotionError:
 
     by_value, by_rate, by_acceleration: standard deviations, signed by the direction in which the output
     moves, of what errors of the smoothed displacement and of its derivatives make of it. window: half-widths
-    of the smoothing in samples. std: (3, n) of those errors themselves.
+    of the smoothing in samples. std: (3, n) of those errors themselves, in the units of the model's inputs.
     """
 
     by_value: Array
@@ -83,8 +84,9 @@ def motion_error(
         return _output(ex, theta, k, replace(s, inputs={**s.inputs, **shifted}))[0] - base
 
     value = np.broadcast_to(found.sigma, s.n) * ends
-    rate = np.broadcast_to(found.sigma_v, s.n) * ends
-    bent = np.broadcast_to(found.sigma_a, s.n) * ends
+    own = {i.name: derived_scale(model, i) for i in model.inputs if i.name in motion.values()}
+    rate = np.broadcast_to(found.sigma_v, s.n) * ends * own[motion["rate"]]
+    bent = np.broadcast_to(found.sigma_a, s.n) * ends * own.get(motion.get("acceleration", ""), 1.0)
     by_bend = moves(bent, motion["acceleration"]) if "acceleration" in motion else np.zeros(s.n)
     std = np.stack([value, rate, bent])
     return MotionError(moves(value, moved), moves(rate, motion["rate"]), by_bend, window, std)

@@ -15,7 +15,12 @@ Part = tuple[Series, Array, Array]
 """A recording, its residual (channels, n) in the model's units, model less data, and the same whitened."""
 
 MISFIT = 1.5  # rms over noise above which a note says that the model leaves something out
+LITTLE = 2.0  # and up to which it may be that the stated noise is too small
+TELLING = (
+    100  # neighbours by whose correlation noise is told from what the model misses, where that is little
+)
 FEW = 0.25  # share of the starts that arrive, below which the optimum may not be the best
+MANY = 200  # starts that are proposed where few arrive
 GROSS = 5.0  # robust standard deviations beyond which a sample may be an outlier
 RARE = 0.03  # share of the samples that may be
 MOST = 0.5  # share of r·r that they must carry to be what is amiss
@@ -26,15 +31,35 @@ CLOSE = 0.3  # relative error of such a factor, and share of the data that is le
 
 
 def warnings(
-    case: Case, outcome: Outcome, found: Sequence[Estimate], parts: Sequence[Part], over: float
+    case: Case,
+    outcome: Outcome,
+    found: Sequence[Estimate],
+    parts: Sequence[Part],
+    over: float,
+    cut: bool = False,
 ) -> list[str]:
-    """What may be amiss with recordings, parameters or the search. over: rms of the fitted over noise."""
+    """What may be amiss with recordings, parameters or the search. over: rms of the fitted over noise. cut:
+    whether recordings can be cut into segments (multiple shooting)."""
     said = [warning for r in case.recordings for warning in r.warnings]
     said += [f"{e.name} lies on its bound" for e in found if e.at_bound]
     said += _of_noise(parts, over)
     if outcome.starts > 1 and outcome.reached < FEW * outcome.starts:
-        said.append(f"only {outcome.reached} of {outcome.starts} starts reached this optimum")
+        said.append(_few(outcome, cut))
     return said
+
+
+def _few(outcome: Outcome, cut: bool) -> str:
+    """That few starts arrived, and what to do about it."""
+    more = max(MANY, 10 * outcome.starts)
+    cure = (
+        "for a model with states `--method 'ipopt(shooting=40)'` often arrives from farther away"
+        if cut
+        else f"`--method 'multistart({more})'` tries more of them"
+    )
+    return (
+        f"only {outcome.reached} of {outcome.starts} starts reached this optimum, so there may be a better "
+        f"one: {cure}, narrower [bounds] or `--start NAME=VALUE` begin nearer to it"
+    )
 
 
 def _of_noise(parts: Sequence[Part], over: float) -> list[str]:
@@ -59,6 +84,8 @@ def misfit(parts: Sequence[Part], over: float, stated: bool) -> list[str]:
     fitted = [white for s, _, white in parts if s.role == "fit"]
     if not over > MISFIT or other_unit(parts) or outliers(fitted):
         return []
+    if stated and over <= LITTLE and (instead := _rather_noise(fitted, over)):
+        return [instead]
     noise = "the noise" if stated else "what neighbouring samples scatter by"
     other = "" if stated else ", or the noise is not independent from sample to sample"
     return [
@@ -67,11 +94,36 @@ def misfit(parts: Sequence[Part], over: float, stated: bool) -> list[str]:
     ]
 
 
+def _rather_noise(whites: Sequence[Array], over: float) -> str:
+    """That a residual somewhat larger than the stated noise may be noise all the same; "" where it is not
+    independent from sample to sample."""
+    r, pairs = _neighbours(whites)
+    doubt = "the model leaves something out, or the noise is stated too small"
+    if pairs < TELLING:
+        return f"the residual is {over:.3g} times the noise: {doubt}; the samples are too few to tell which"
+    if abs(r) > CHANCE / np.sqrt(pairs):
+        return ""
+    return (
+        f"the residual is {over:.3g} times the stated noise and looks like noise of that level (neighbouring "
+        "samples are not alike): either what is stated is too small, and with it standard deviations, or the "
+        "model leaves something out; `modelgen diagnose` looks for it"
+    )
+
+
 def arrived(outcome: Outcome) -> list[str]:
     """How many starts reached the optimum, where they are not few."""
     if outcome.starts <= 1 or outcome.reached < FEW * outcome.starts:
         return []
     return [f"{outcome.reached} of {outcome.starts} starts reached this optimum"]
+
+
+def of_holdout(refitted: Sequence[Estimate]) -> list[str]:
+    """That not all of a held-out recording is predicted."""
+    names = list(dict.fromkeys(e.name.partition("[")[0] for e in refitted))
+    if not names:
+        return []
+    are = f"{', '.join(names)} {'are' if len(names) > 1 else 'is'}"
+    return [f"{are} refitted on each held-out recording alone, all else of it is predicted"]
 
 
 def outliers(whites: Sequence[Array]) -> str:
@@ -100,12 +152,17 @@ CHI2_MEDIAN = 0.455
 def likeness(whites: Sequence[Array]) -> float:
     """Correlation of neighbouring residuals (channels, n) of all recordings; 0 where it is an accident or
     makes no difference."""
+    r, pairs = _neighbours(whites)
+    return r if pairs and r > max(ALIKE, CHANCE / np.sqrt(pairs)) else 0.0
+
+
+def _neighbours(whites: Sequence[Array]) -> tuple[float, int]:
+    """Correlation of neighbouring residuals (channels, n) of all recordings, and of how many pairs."""
     pairs = sum(w.shape[0] * (w.shape[1] - 1) for w in whites)
     power = sum(float(np.sum(w**2)) for w in whites)
     if not (pairs > 0 and power > 0):
-        return 0.0
-    r = sum(float(np.sum(w[:, 1:] * w[:, :-1])) for w in whites) / power
-    return r if r > max(ALIKE, CHANCE / np.sqrt(pairs)) else 0.0
+        return 0.0, 0
+    return sum(float(np.sum(w[:, 1:] * w[:, :-1])) for w in whites) / power, pairs
 
 
 def other_unit(parts: Sequence[Part]) -> list[str]:

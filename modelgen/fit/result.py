@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -33,10 +33,20 @@ class Estimate:
 
 
 @dataclass(frozen=True)
+class OutputFit:
+    """How one output of a recording is fitted: rms of the residual in `unit`, and relative to the noise."""
+
+    output: str
+    rms: float
+    unit: str
+    rms_over_noise: float
+
+
+@dataclass(frozen=True)
 class RecordingFit:
     """How one recording is fitted: rms of the residual in the output's unit, and relative to the noise.
 
-    others: (rms, unit) of outputs in further units.
+    others: (rms, unit) of outputs in further units. outputs: each by itself.
     """
 
     file: str
@@ -46,6 +56,7 @@ class RecordingFit:
     unit: str
     rms_over_noise: float
     others: tuple[tuple[float, str], ...] = ()
+    outputs: tuple[OutputFit, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -55,6 +66,7 @@ class FitResult:
     rms_over_noise: {"fit": …, "holdout": …}, 1 where only noise is left. correlation (p, p), rank and
     `undetermined` (sentences) as in `Uncertainty`. A figure that does not exist is NaN here and null in the
     JSON. warnings: those of `notes` that say more than how large the residual is and how many starts arrived.
+    refitted: what held-out recordings have of their own, by them alone, std as if the rest were known.
     traces: what `plot` draws.
     """
 
@@ -71,14 +83,16 @@ class FitResult:
     recordings: tuple[RecordingFit, ...] = ()
     notes: tuple[str, ...] = field(default=())
     warnings: tuple[str, ...] = field(default=())
+    refitted: tuple[Estimate, ...] = ()
     traces: tuple[Trace, ...] = field(default=(), compare=False, repr=False)
 
     def __getitem__(self, name: str) -> Estimate:
         """The estimate of one parameter. Raises InputError, with the nearest name, for an unknown one."""
-        for estimate in self.parameters:
+        known = (*self.parameters, *self.refitted)
+        for estimate in known:
             if estimate.name == name:
                 return estimate
-        raise InputError(f"unknown parameter '{name}'{did_you_mean(name, [e.name for e in self.parameters])}")
+        raise InputError(f"unknown parameter '{name}'{did_you_mean(name, [e.name for e in known])}")
 
     @property
     def values(self) -> dict[str, float]:
@@ -86,28 +100,19 @@ class FitResult:
         return {e.name: e.value for e in self.parameters}
 
     def to_dict(self) -> dict[str, Any]:
-        """The `fit` result of the contract, and more: correlation, rank, undetermined, recordings, notes."""
+        """The `fit` result of the contract, and more: correlation, rank, refitted, recordings, notes, …"""
         main = next(iter(self.rms), "")
-        parameters = {
-            e.name: {
-                "value": e.value,
-                "std": e.std,
-                "unit": e.unit,
-                "at_bound": e.at_bound,
-                "determined": e.determined,
-            }
-            for e in self.parameters
-        }
         whole = {
             "schema": SCHEMA,
             "model": self.model,
-            "parameters": parameters,
+            "parameters": _by_name(self.parameters),
             "rms": _fit_and_holdout(self.rms.get(main, {})) | {"unit": main},
             "rms_over_noise": _fit_and_holdout(self.rms_over_noise),
             "seconds": self.seconds,
             "rms_by_unit": {unit: _fit_and_holdout(rms) for unit, rms in self.rms.items()},
             "correlation": np.asarray(self.correlation).tolist(),
             "rank": self.rank,
+            "refitted": _by_name(self.refitted),
             "undetermined": self.undetermined,
             "recordings": [asdict(recording) for recording in self.recordings],
             "notes": self.notes,
@@ -144,6 +149,10 @@ def estimates(problem: Problem, theta: ArrayLike, known: Uncertainty) -> tuple[E
         known.at_bound.tolist(), known.determined.tolist(), strict=True,
     )  # fmt: skip
     return tuple(Estimate(*row) for row in rows)
+
+
+def _by_name(found: Sequence[Estimate]) -> dict[str, dict[str, Any]]:
+    return {e.name: {n: x for n, x in asdict(e).items() if n != "name"} for e in found}
 
 
 def _fit_and_holdout(figures: Mapping[str, float]) -> dict[str, float]:

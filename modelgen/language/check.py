@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from modelgen.errors import InputError, did_you_mean
+from modelgen.language.derived import check_derived
 from modelgen.language.meant import expressions, symbols
 from modelgen.language.quantities import Equation, Implicit, State
 
@@ -21,6 +22,7 @@ def check_model(model: Model) -> None:
     _check_use(model)
     if not model.checked:
         _check_units(model)
+        check_derived(model)
 
 
 def _check_names(model: Model) -> None:

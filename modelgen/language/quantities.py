@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from modelgen.errors import InputError
+from modelgen.units import PURE
 
 
 class Symbolic:
@@ -18,6 +19,10 @@ class Symbolic:
 
     name: str
     unit: str
+
+    def __post_init__(self) -> None:
+        if self.unit in PURE:  # one spelling, which results show
+            object.__setattr__(self, "unit", "1")
 
     if TYPE_CHECKING:  # the operators are set below, all in the same way
 
@@ -130,12 +135,12 @@ def previous(x: Input) -> Input:
 
 
 def rate_of(x: Input, name: str, unit: str) -> Input:
-    """dx/dt, estimated from the record in a way that survives measurement noise (recordings.kinematics)."""
+    """dx/dt in `unit`, estimated from the record in a way that survives its noise (recordings.kinematics)."""
     return Input(name, unit, f"rate of {x.name}", ("rate", x.name))
 
 
 def acceleration_of(x: Input, name: str, unit: str) -> Input:
-    """d²x/dt², estimated from the record (recordings.kinematics)."""
+    """d²x/dt² in `unit`, estimated from the record (recordings.kinematics)."""
     return Input(name, unit, f"acceleration of {x.name}", ("acceleration", x.name))
 
 
@@ -169,6 +174,7 @@ class Equation(Symbolic):
     text: str = ""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         object.__setattr__(self, "expr", expression(self.expr))
 
     @property
@@ -208,6 +214,7 @@ class Implicit(Symbolic):
     text: str = ""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         object.__setattr__(self, "residual", expression(self.residual))
         object.__setattr__(self, "bracket", tuple(expression(b) for b in self.bracket))
 
@@ -234,6 +241,7 @@ class State(Symbolic):
     stiff: bool = False
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         for key in ("initial", "update", "rate"):
             value = getattr(self, key)
             object.__setattr__(self, key, None if value is None else expression(value))

@@ -9,7 +9,7 @@ from modelgen.papers.number import Result, Verdict
 from modelgen.papers.paper import Cell
 from modelgen.papers.run import Judged, Reproduction
 from modelgen.report.table import table
-from modelgen.report.words import number, superscript, unit_text
+from modelgen.report.words import number, superscript, unit_cell
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -88,7 +88,7 @@ def _print_paper(judged: Judged, console: Console) -> None:
         )
         for r in results:
             n = r.number
-            texts = (n.row, n.quantity, printed(r), ours(r), unit_text(n.unit), difference(r))
+            texts = (n.row, n.quantity, printed(r), ours(r), unit_cell(n.unit), difference(r))
             made.add_row(*(Text(t) for t in texts), Text(r.verdict.value, style=STYLE[r.verdict]))
         console.print()
         console.print(Text(printed_table.caption, style="dim"))

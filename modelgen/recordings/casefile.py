@@ -43,10 +43,11 @@ class CaseFile:
 def read_case_file(path: str | Path) -> CaseFile:
     """Read a case's TOML, without its tables. Raises InputError (one line, with the place) when malformed."""
     path = Path(path)
+    text = read_text(path).replace("\r\n", "\n")
     try:
-        data = tomllib.loads(read_text(path).replace("\r\n", "\n"))
+        data = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as why:
-        raise fail(_syntax(path, str(why))) from why
+        raise fail(_syntax(path, str(why), text)) from why
     where = str(path)
     keys = ("model", "options", "per_recording", "constants", "bounds", "noise", "recording")
     _check_keys(where, data, keys)
@@ -62,10 +63,40 @@ def read_case_file(path: str | Path) -> CaseFile:
     )
 
 
-def _syntax(path: Path, why: str) -> str:
+def _syntax(path: Path, why: str, text: str) -> str:
     """tomllib says "what (at line 3, column 5)" or "what (at end of document)"; the place goes first."""
-    found = re.fullmatch(r"(.*) \(at (.*)\)", why, re.DOTALL)
-    return f"{path}, {found[2]}: {found[1]}" if found else f"{path}: {why}"
+    found = re.fullmatch(r"(.*) \(at ((?:line (\d+))?.*)\)", why, re.DOTALL)
+    if not found:
+        return f"{path}: {why}"
+    if found[3] and re.match(r"Cannot (declare|overwrite|mutate)|Duplicate", why):
+        return f"{path}, line {found[3]}: {_twice(text.splitlines(), int(found[3]), found[1])}"
+    return f"{path}, {found[2]}: {found[1]}"
+
+
+def _twice(lines: list[str], at: int, why: str) -> str:
+    """What stands a second time in line `at`, counted from 1, and where it stood first."""
+    if inline := re.search(r"inline table key (.+)", why):
+        return f"{inline[1]} is given twice"
+    names = [_named(line) for line in lines]
+    while at > 1 and not names[at - 1]:  # a value may end some lines below its name
+        at -= 1
+    name, begin = names[at - 1], 0
+    if not name.startswith("["):  # a key, of the table that it stands in
+        begin = max((k for k, other in enumerate(names[: at - 1]) if other.startswith("[")), default=0)
+    bare = name.strip("[]")
+    first = next((k for k in range(begin, at - 1) if names[k].strip("[]") == bare), None)
+    where = "" if first is None else f", first in line {first + 1}"
+    if bare == "recording":
+        return f"{name} stands beside another '{bare}'{where}: wanted [[recording]] for each"
+    if name.startswith("["):
+        return f"a second {name}{where}: wanted one, with all that is in both"
+    return f"'{name}' is given twice{where}"
+
+
+def _named(line: str) -> str:
+    """The table that a line begins, in its brackets, or the key that it sets; "" for neither."""
+    found = re.match(r"\s*(?:(\[+)\s*([^\[\]]+?)\s*(\]+)|([^=#\[\]]+?)\s*=)", line)
+    return "".join(part or "" for part in found.groups()) if found else ""
 
 
 def _check_keys(where: str, table: Mapping[str, Any], known: Iterable[str]) -> None:

@@ -80,7 +80,8 @@ def template(name: str) -> Any:
     )
     environment.filters.update(
         number=words.number, short=words.short, percent=words.percent, unit=words.unit_text,
-        words=words.name_of, symbol=symbol, sentence=sentence, english=words.in_english,
+        unit_cell=words.unit_cell, words=words.name_of, symbol=symbol, sentence=sentence,
+        english=words.in_english,
     )  # fmt: skip
     environment.globals["measured"] = words.measured
     return environment.get_template(name)

@@ -48,7 +48,7 @@ def _parameter(p: Estimate, effect: Finding) -> str:
 def _fits(verdict: Verdict) -> Table:
     from rich.text import Text
 
-    unit = words.unit_text(verdict.unit)
+    unit = words.unit_cell(verdict.unit)
     made = table("residual, rms", f"fit [{unit}]", "fit / noise", f"hold-out [{unit}]", "hold-out / noise")
     rows: list[tuple[str, Rms]] = [("before", verdict.before)]
     if verdict.effects:

@@ -10,6 +10,11 @@ from modelgen.units import LIFTED
 from modelgen.units import unit_text as unit_text
 
 
+def unit_cell(unit: str) -> str:
+    """A unit alone in a column of units: "1" of a pure number, which has none beside its value."""
+    return unit_text(unit) or "1"
+
+
 def superscript(number: object) -> str:
     """Digits raised: 10 → ¹⁰."""
     return str(number).translate(LIFTED)

@@ -9,6 +9,7 @@ import numpy as np
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.series import Array, Series
 from modelgen.language import Model, Port
+from modelgen.language.derived import derived_scale
 
 CYCLES = 4
 """Times that a motion goes and comes back before what wanders with time is told from what follows it."""
@@ -29,13 +30,13 @@ def record_scales(model: Model, series: Sequence[Series]) -> dict[str, Array]:
     step = np.array([float(np.median(np.diff(t))) for t in time])
     scales: dict[str, Array] = {"duration": duration, "cycles": duration}
     moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
-    rate = next((i.name for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
+    rate = next((i for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
     fastest = 0.3 / step.min()
     if moved and rate:
         z = [s.inputs[moved] for s in series]
-        v = [s.inputs[rate] for s in series]
+        v = [s.inputs[rate.name] for s in series]
         scales |= _sizes(z, v)
-        stroke = scales["displacement"]
+        stroke = scales["displacement"] * derived_scale(model, rate)  # in the speed's unit times that of time
         path = np.array([float(np.trapezoid(np.abs(x), t)) for x, t in zip(v, time, strict=True)])
         often = path > 4 * CYCLES * stroke
         scales["cycles"] = duration[often]
