@@ -176,3 +176,10 @@ def test_profile_reports_a_better_optimum() -> None:
     P = problem("a b", -3, 3, 1, lambda x: np.array([x[0] ** 2 - 1, x[0] - 1, x[1]]))
     found = profile(P, "a", [-0.7, 0.0], level=0.999)
     assert found.better is not None and P.value(found.better) < P.value([-0.7, 0.0])
+
+
+def test_a_small_number_in_a_wide_box_is_on_no_bound() -> None:
+    A = np.column_stack([np.ones(50) * 1e6, np.linspace(-1, 1, 50)])
+    known = assess(linear(A, A @ [5e-5, 2.0], [0.0, 0.0], [1e6, 5.0], 1), np.array([5e-5, 2.0]))
+    assert known.std[0] < 1e-6
+    assert not known.at_bound.any()

@@ -77,13 +77,15 @@ def assess(problem: Problem, theta: ArrayLike, *, estimate_noise: bool = False) 
     std = np.sqrt(covariance.diagonal())
     with np.errstate(invalid="ignore"):  # a residual of 0 leaves no deviation to relate
         correlation = covariance / np.outer(std, std)
+    # a box may be far wider than what is known of a small number within it
+    near = np.fmax(np.fmin(1e-9 * problem.width, std), ON_BOUND * std)
     return Uncertainty(
         covariance=covariance,
         std=std,
         correlation=correlation,
         rank=theta.size - blind.shape[1] - vague.shape[1],
         determined=determined,
-        at_bound=problem.at_bound(theta, np.fmax(1e-9 * problem.width, ON_BOUND * std)),
+        at_bound=problem.at_bound(theta, near),
         undetermined=said,
         noise=noise,
         residual=r,
