@@ -11,10 +11,11 @@ import modelgen as mg
 from modelgen.api import read_case
 from modelgen.diagnose import diagnose
 from modelgen.fit.experiment import experiment
-from modelgen.fit.motion import with_motion
+from modelgen.fit.motion import motion_error, with_motion
 from modelgen.fit.series import make_series
+from modelgen.language import Equation, Input, Model, Parameter, previous, rate_of
 from modelgen.models import load
-from modelgen.recordings import Case
+from modelgen.recordings import Case, Noise, Recording
 from modelgen.truths import draw, write_case
 from modelgen.truths.further import further
 
@@ -120,3 +121,20 @@ def test_errors_of_the_motion_choose_no_rival(tmp_path: Path) -> None:
     case = read_case(write_case(faster, tmp_path))
     first = diagnose(case, load(case.model)).effects[0]
     assert "force_sensor_lag" in {first.id, *first.equivalents}
+
+
+def test_errors_of_the_motion_move_no_time() -> None:
+    """Whatever a model does with its clock, an error of z moves the force by k δz."""
+    t, z = Input("t", "s"), Input("z", "mm")
+    v, back, before = rate_of(z, "v", "mm/s"), previous(z), previous(t)
+    k, q = Parameter("k", "N/mm", 2.0, (0.0, 1e3)), Parameter("q", "N/s", 0.0, (-1e6, 1e6))
+    F = Equation("F", k * (z + 0 * (z - back)) + q * (t - before), "N")
+    model = Model("clocked", (t, z, v, back, before), (k, q), (F,), ("F",))
+    at, rng = np.arange(800) / 200.0, np.random.default_rng(2)
+    seen = {"t": at, "z": np.sin(4 * at) + 1e-3 * rng.standard_normal(at.size)}
+    record = Recording("r", None, "fit", seen, {"F": 2 * seen["z"]})
+    case = Case(None, model.id, (record,), noise=Noise({"F": 1e-3, "z": 1e-3}))
+    ex = experiment(model, case, [make_series(model, case, record)])
+    still, fast = (motion_error(ex, case, record, np.array([2.0, q]), 0) for q in (0.0, 1e4))
+    assert still is not None and fast is not None
+    assert np.allclose(still.by_value, fast.by_value, atol=1e-9) and still.by_value.max() > 1e-4
