@@ -45,6 +45,13 @@ def test_quadrature_of_a_motion_that_gets_smaller() -> None:
     assert np.allclose(found, size, atol=0.15)
 
 
+def test_a_motion_that_begins_at_rest_was_at_rest_before() -> None:
+    size = np.minimum(t / 0.8, 1.0) ** 2
+    z = size * np.sin(2 * np.pi * t)
+    found = np.hypot(quadrature(z), z)
+    assert found[:40].max() < 0.2 and np.allclose(found[800:], 1.0, atol=0.05)
+
+
 def test_quadrature_of_a_constant_is_zero_and_it_is_linear() -> None:
     z = np.random.default_rng(0).normal(size=500).cumsum()
     assert np.allclose(quadrature(np.full(100, 3.0)), 0)

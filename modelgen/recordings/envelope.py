@@ -50,14 +50,18 @@ def quadrature(z: Array) -> Array:
     """The Hilbert transform of z (n,), a quarter of a cycle ahead of it: z = cos ωt gives −sin ωt.
 
     Beyond both ends the record goes on in cycles like the one that is next to the end (mirrored where it has
-    none), so that they do not ring; a constant gives 0. With it, the loss that takes the same share of the
-    energy in each cycle, at any rate, is a force (as K + jH in the frequency domain).
+    none, or rests), so that they do not ring; a constant gives 0. With it, the loss that takes the same share
+    of the energy in each cycle, at any rate, is a force (as K + jH in the frequency domain).
     """
     n = len(z)
     x = np.concatenate([_continued(z[::-1])[::-1], z, _continued(z)]) - float(np.mean(z))
     spectrum = np.fft.rfft(x)
     spectrum[0] = 0.0
     return np.asarray(np.fft.irfft(1j * spectrum, len(x))[n : 2 * n])
+
+
+RESTS = 0.25
+"""Speed at an end, over the greatest in the cycle next to it, below which a record is mirrored there."""
 
 
 def _continued(z: Array) -> Array:
@@ -67,5 +71,7 @@ def _continued(z: Array) -> Array:
     if len(turns) < 3:
         return z[::-1]
     cycle = z[-(turns[-1] - turns[-3]) :]
-    step = z[-1] - z[-1 - len(cycle)]
-    return np.resize(cycle, len(z)) + step
+    step = max(len(cycle) // 20, 1)
+    if abs(z[-1] - z[-1 - step]) < RESTS * np.abs(cycle[step:] - cycle[:-step]).max():
+        return z[::-1]
+    return np.resize(cycle, len(z)) + z[-1] - z[-1 - len(cycle)]

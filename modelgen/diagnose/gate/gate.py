@@ -36,7 +36,7 @@ exactly. In records of several simulators names that explained less were wrong, 
 mostly right."""
 FAR = 1.5
 """Times the noise that named effects leave from which they may be but the nearest that the catalogue has."""
-LIKELY = 0.2
+LIKELY = 0.25
 """Probability, less what is missing of the way there, from which such an effect is named all the same."""
 SOME = 0.3
 """The same where no description of the whole is better than they are."""

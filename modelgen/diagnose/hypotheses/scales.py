@@ -92,6 +92,7 @@ def values_at(e: Experiment, theta: Array, k: int) -> dict[str, Array]:
     f = build(e.model, e.layout.wrt, wait=True)
     free = dict(zip(e.layout.wrt, e.local(theta, k), strict=True))
     known = {**e.constants, **e.series[k].constants, **free}
-    inputs = {i.name: e.series[k].inputs[i.name] for i in e.model.inputs}
+    recorded = e.series[k].inputs
+    inputs = {i.name: recorded[i.name] for i in e.model.inputs if i.name in recorded}
     scalars = {p.name for p in e.model.scalar_parameters}
     return f.all(**inputs, **{n: v for n, v in known.items() if n in scalars})
