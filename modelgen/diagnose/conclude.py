@@ -17,10 +17,11 @@ from modelgen.diagnose.account.locate import locate
 from modelgen.diagnose.account.show import port_curve, port_sensitivities, traces
 from modelgen.diagnose.account.words import blind_note, bound_note, enough, holdout_note, summary
 from modelgen.diagnose.gate.exact import exact, nothing_left
-from modelgen.diagnose.gate.gate import Gate, by_odd_noise, judge_adequacy, mean_square, modelled, reach
+from modelgen.diagnose.gate.gate import Gate, judge_adequacy, mean_square, modelled, reach
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.likeliest_path import kept_along_path
 from modelgen.diagnose.gate.rather import rather_described
+from modelgen.diagnose.gate.rivals import by_odd_noise
 from modelgen.diagnose.gate.unlisted import is_unlisted, named_rather, with_rivals
 from modelgen.diagnose.gate.vague import told
 from modelgen.diagnose.hypotheses.averaged import averaged, parameters

@@ -14,17 +14,16 @@ from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import gained_beside
 from modelgen.diagnose.gate.meter import distorted
 from modelgen.diagnose.gate.oddities import lone
-from modelgen.diagnose.gate.unlisted import best_unlisted, cheaper, refused, with_rivals
+from modelgen.diagnose.gate.rivals import LEFT, as_leftover, outdone
+from modelgen.diagnose.gate.unlisted import best_unlisted, refused, with_rivals
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE, standings
 from modelgen.diagnose.hypotheses.refit import Fit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting
 from modelgen.diagnose.noise.noise import FITS, first_order, fitful, modelled_output, scatter, standing_alone
-from modelgen.diagnose.noise.recolour import CONTENDERS, GROSS_ESTIMATED, beyond, own_colours
+from modelgen.diagnose.noise.recolour import CONTENDERS, GROSS_ESTIMATED, beyond
 from modelgen.diagnose.search.claim import own_gain
 from modelgen.fit.series import Array
 
-LEFT = 20.0
-"""ΔBIC that a description without a catalogue must gain before the rest counts as physics."""
 REST = 0.1
 """What is left may hold this share of the evidence for the named effects: the right family, its law not
 quite. With more it is another thing that they imitate."""
@@ -96,7 +95,7 @@ def judge_adequacy(
     whole = _wholly_described(setting, outcome, sensitivities, floor, unknown)
     if whole is not None:
         unknown, left = True, whole
-    rival = None if whole is not None else _described(setting, outcome)
+    rival = None if whole is not None else outdone(setting, outcome)
     other = None if unknown else _imitated(setting, outcome, sensitivities) or _line(outcome)
     notes: tuple[str, ...] = ()
     if other is None and oddity is not None and not unknown:
@@ -107,7 +106,7 @@ def judge_adequacy(
     if other is not None:
         unknown, left = True, other
     elif rival is not None:
-        unknown, left = True, _leftover(outcome, rival[0], rival[1] + LEFT)
+        unknown, left = True, as_leftover(outcome, rival[0], rival[1] + LEFT)
     structured = other is not None or rival is not None or left.gain > LEFT
     notes += _far_notes(outcome, unknown, left, explained, np.sqrt(after / floor)) if far else ()
     odds = float(np.exp(min(left.gain, 60.0) / 2 - 5.0)) if structured else 9.0
@@ -142,35 +141,7 @@ def modelled(setting: Setting, outcome: Outcome, gate: Gate) -> Gate:
     other = best_unlisted(with_rivals(setting, outcome))
     if other is None or outcome.base.bic - other.bic < ALARM or (terms is not None and terms.bic < other.bic):
         return replace(gate, fit=terms)
-    return replace(gate, fit=other, leftover=_leftover(outcome, other, gate.leftover.gain))
-
-
-def _described(setting: Setting, outcome: Outcome) -> tuple[Fit, float] | None:
-    """What no catalogue holds but explains more than the named effects, coloured noise of its own beside
-    each: that has peaks, too. Each further effect has to gain as much as to be claimed."""
-    rival = cheaper(outcome)
-    if rival is None:
-        return None
-    best, other = own_colours(setting, outcome.judge, (outcome.best, rival[0]))
-    count = len(outcome.best.ids)
-    return rival if best - other > (ALARM * (1 - count) if count else CLOSE) else None
-
-
-def by_odd_noise(setting: Setting, outcome: Outcome) -> bool:
-    """Whether one effect gains little where what no catalogue holds gains far more and is yet but coloured
-    noise: in noise that is so odd, little is no evidence."""
-    rival = cheaper(outcome) if len(outcome.best.ids) == 1 else None
-    if rival is None or rival[1] < LEFT:
-        return False
-    fits = (outcome.base, outcome.best, rival[0])
-    base, best, other = own_colours(setting, outcome.judge, fits)
-    return best - other < CLOSE and base - best < 2 * ALARM
-
-
-def _leftover(outcome: Outcome, fit: Fit, gain: float) -> Leftover:
-    """A fit of what no catalogue holds, as a description."""
-    a = fit.hypothesis.added[0]
-    return Leftover(gain, outcome.base.chi2 - fit.chi2, a.port.name, a.effect.says)
+    return replace(gate, fit=other, leftover=as_leftover(outcome, other, gate.leftover.gain))
 
 
 def _smooth(setting: Setting, outcome: Outcome) -> bool:

@@ -1,0 +1,40 @@
+"""What no catalogue holds, weighed against the named effects with coloured noise of its own beside each."""
+
+from __future__ import annotations
+
+from modelgen.diagnose.gate.leftover import Leftover
+from modelgen.diagnose.gate.unlisted import cheaper
+from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Outcome, Setting
+from modelgen.diagnose.noise.recolour import own_colours
+
+LEFT = 20.0
+"""ΔBIC that a description without a catalogue must gain before the rest counts as physics."""
+
+
+def outdone(setting: Setting, outcome: Outcome) -> tuple[Fit, float] | None:
+    """What no catalogue holds but explains more than the named effects, coloured noise of its own beside
+    each: that has peaks, too. Each further effect has to gain as much as to be claimed."""
+    rival = cheaper(outcome)
+    if rival is None:
+        return None
+    best, other = own_colours(setting, outcome.judge, (outcome.best, rival[0]))
+    count = len(outcome.best.ids)
+    return rival if best - other > (ALARM * (1 - count) if count else CLOSE) else None
+
+
+def by_odd_noise(setting: Setting, outcome: Outcome) -> bool:
+    """Whether one effect gains little where what no catalogue holds gains far more and is yet but coloured
+    noise: in noise that is so odd, little is no evidence."""
+    rival = cheaper(outcome) if len(outcome.best.ids) == 1 else None
+    if rival is None or rival[1] < LEFT:
+        return False
+    fits = (outcome.base, outcome.best, rival[0])
+    base, best, other = own_colours(setting, outcome.judge, fits)
+    return best - other < CLOSE and base - best < 2 * ALARM
+
+
+def as_leftover(outcome: Outcome, fit: Fit, gain: float) -> Leftover:
+    """A fit of what no catalogue holds, as a description."""
+    a = fit.hypothesis.added[0]
+    return Leftover(gain, outcome.base.chi2 - fit.chi2, a.port.name, a.effect.says)
