@@ -65,13 +65,20 @@ RESTS = 0.25
 
 
 def _continued(z: Array) -> Array:
-    """(n,) what would follow on z (n,) if its last cycle, from one turning point to the next but one, went
-    on; without a jump."""
+    """(n,) what would follow on z (n,) if the cycle before its end went on: from where that was at the same
+    place, on the same way."""
     turns = turning_points(z)[1:-1]
     if len(turns) < 3:
         return z[::-1]
-    cycle = z[-(turns[-1] - turns[-3]) :]
-    step = max(len(cycle) // 20, 1)
-    if abs(z[-1] - z[-1 - step]) < RESTS * np.abs(cycle[step:] - cycle[:-step]).max():
+    period = int(turns[-1] - turns[-3])
+    step = max(period // 20, 1)
+    ways = z[step:] - z[:-step]
+    if abs(ways[-1]) < RESTS * np.abs(ways[-period:]).max():
         return z[::-1]
-    return np.resize(cycle, len(z)) + z[-1] - z[-1 - len(cycle)]
+    last = len(z) - 1
+    around = np.arange(max(last - 3 * period // 2, step), last - period // 2)
+    around = around[ways[around - step] * ways[-1] > 0]
+    if not around.size:
+        return z[::-1]
+    at = int(around[np.argmin(np.abs(z[around] - z[-1]))])
+    return np.resize(z[at + 1 :], len(z))
