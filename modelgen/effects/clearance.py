@@ -6,7 +6,7 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, add, unit_of
+from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, add, at_most, unit_of
 from modelgen.effects.motion import moved_input, moved_rate
 from modelgen.language import Abs, Equation, Max, Model, Parameter, Piecewise, Port, State, exp, sign
 
@@ -241,8 +241,7 @@ def _soft_stop(side: int) -> Effect:
     end = "upper" if side > 0 else "lower"
 
     def law(at: Port, p: Values) -> Any:
-        x = side * at["z"] / p[f"l_{end}"] - 1
-        return side * p[f"G_{end}"] * exp((x + STEEP - Abs(x - STEEP)) / 2)  # the smaller of both, as above
+        return side * p[f"G_{end}"] * exp(at_most(side * at["z"] / p[f"l_{end}"] - 1, STEEP))
 
     return replace(
         _stop(side),

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from sympy import sympify
 
 from modelgen.errors import InputError
-from modelgen.language import Equation, Implicit, Model, Parameter, Port, j
+from modelgen.language import Abs, Equation, Implicit, Model, Parameter, Port, j
 from modelgen.units import converts, factor, tidy
 
 Values = Mapping[str, Parameter]
@@ -196,6 +196,11 @@ def add_stiffness(what: Callable[[Port, Values], Any]) -> Apply:
     """Add a complex stiffness, force over displacement, at a port of kind stiffness or
     mechanical_impedance."""
     return add(lambda at, p: what(at, p) / (1 if at.kind == "stiffness" else j * at["omega"]))
+
+
+def at_most(x: Any, most: float) -> Any:
+    """The smaller of both; sympy's Min takes long over what composed effects make of x."""
+    return (x + most - Abs(x - most)) / 2
 
 
 def at_start(model: Model, expr: Any, known: Mapping[Any, Any] | None = None) -> Any:

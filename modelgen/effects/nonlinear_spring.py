@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
-from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, add, change
-from modelgen.language import Abs, Max, Port, exp, sign
+from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, add, at_most, change
+from modelgen.language import Max, Port, exp, sign
 
 TEXTBOOK = "A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 1.2 and 4.1"
 HARDENS = "the spring hardens (or softens) with the displacement squared, alike in both directions"
@@ -58,8 +58,7 @@ def _exponential(side: int) -> Effect:
     end, where = ("out", "positive") if side > 0 else ("in", "negative")
 
     def law(at: Port, p: Values) -> Any:
-        x = side * at["z"] / p[f"z_{end}"]
-        x = (x + STEEP - Abs(x - STEEP)) / 2  # the smaller of both; sympy's Min takes long over composed z
+        x = at_most(side * at["z"] / p[f"z_{end}"], STEEP)
         return side * p[f"k_{end}"] * p[f"z_{end}"] * (exp(x) - 1 - x)
 
     return Effect(

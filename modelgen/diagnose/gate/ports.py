@@ -54,12 +54,9 @@ def felt_waves(fit: Fit, judge: Judge) -> Iterator[tuple[Port, list[Array], Arra
         grown = _grown(e, effect, port, [f"{id}_{q.name}" for q in effect.strengths])
         if grown is None:
             continue
-        columns = [
-            _felt(
-                replace(grown, constants={**e.constants, f"{id}_kappa": wave_number(k, z)}), fit.theta, judge
-            )
-            for k in range(len(PITCHES))
-        ]
+        numbers = (wave_number(k, z) for k in range(len(PITCHES)))
+        waves = (replace(grown, constants={**e.constants, f"{id}_kappa": kappa}) for kappa in numbers)
+        columns = [_felt(x, fit.theta, judge) for x in waves]
         if all(c is not None for c in columns):
             yield port, z, np.concatenate([c for c in columns if c is not None], axis=1)
 
