@@ -36,7 +36,8 @@ mostly right."""
 FAR = 1.5
 """Times the noise that named effects leave from which they may be but the nearest that the catalogue has."""
 LIKELY = 0.25
-"""Probability, less what is missing of the way there, from which such an effect is named all the same."""
+"""Probability of its family, less what is missing of the way there, from which such an effect is named all
+the same."""
 SOME = 0.3
 """The same where no description of the whole is better than they are."""
 BETTER = 0.9
@@ -91,7 +92,7 @@ def judge_adequacy(
         setting, outcome, sensitivities, explained
     )
     if not unknown and best.hypothesis.added and (part := reach(before, after, floor)) < 1.0:
-        unknown = part * max(x.probability for x in standings(outcome)) < LIKELY
+        unknown = part * max(x.kin for x in standings(outcome)) < LIKELY
     whole = _wholly_described(setting, outcome, sensitivities, floor, unknown)
     if whole is not None:
         unknown, left = True, whole

@@ -30,6 +30,7 @@ class Standing:
     """One effect of the verdict among its rivals: its probability, and ids that explain the data as well.
 
     elsewise: hypotheses as good that differ in more than this effect.
+    kin: probability that it is this one or another of its family.
     """
 
     addition: Addition
@@ -37,6 +38,7 @@ class Standing:
     equivalents: tuple[str, ...]
     share: float
     elsewise: tuple[Fit, ...] = ()
+    kin: float = 0.0
 
 
 def weights(fits: Sequence[Fit]) -> np.ndarray:
@@ -68,10 +70,12 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
         w = np.maximum(weights(rivals), [_likelihood(outcome, f) * _as_wrong(outcome, f) for f in rivals])
         w /= w.sum()
         by_id: dict[str, float] = {}
+        kin = 0.0
         tied: dict[str, float] = {}
         for f, x in zip(rivals, w, strict=True):
             other = next(b for b in f.hypothesis.added if b.key not in rest)
             by_id[other.id] = by_id.get(other.id, 0.0) + float(x)
+            kin += float(x) if other.family == a.family else 0.0
             if close(outcome, f):
                 for i in (other.id, *other.effect.alike):
                     tied[i] = min(tied.get(i, np.inf), f.bic)
@@ -81,11 +85,13 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
         elsewise = tuple({id(f): f for _, f in others.get(a.key, ())}.values())
         mine = next(float(x) for f, x in zip(rivals, w, strict=True) if f.hypothesis is best.hypothesis)
         odds = mine * sum(_likelihood(outcome, f) for f in elsewise)
-        probability = by_id[a.id] / (1 + odds) * (1 - OUTSIDE)
-        found.append(Standing(a, probability, equivalents, _share(outcome, a), elsewise))
+        sure = (1 - OUTSIDE) / (1 + odds)
+        share = _share(outcome, a)
+        found.append(Standing(a, by_id[a.id] * sure, equivalents, share, elsewise, kin * sure))
     found.sort(key=lambda x: -x.share)
     held = _held(outcome, [x.addition for x in found])
-    return tuple(replace(x, probability=x.probability * p) for x, p in zip(found, held, strict=True))
+    pairs = zip(found, held, strict=True)
+    return tuple(replace(x, probability=x.probability * p, kin=x.kin * p) for x, p in pairs)
 
 
 def _held(outcome: Outcome, added: Sequence[Addition]) -> tuple[float, ...]:
@@ -138,12 +144,18 @@ def _elsewise(outcome: Outcome) -> dict[Key, list[tuple[str, Fit]]]:
 WRONG = 1.5
 """Where even the best hypothesis leaves far more than noise, none is true: those whose residual is at most so
 many times as large are no worse an account."""
+ALIKE = 0.75
+"""… if what differs takes away this share of the misfit that its counterpart in the best one takes away."""
 
 
 def _as_wrong(outcome: Outcome, f: Fit) -> bool:
     """Whether `f`, with as many effects, is as good an account of recordings that none accounts for."""
     best = outcome.best
-    return outcome.judge.temper > 1.0 and len(f.ids) == len(best.ids) and f.chi2 < WRONG**2 * best.chi2
+    if outcome.judge.temper == 1.0 or len(f.ids) != len(best.ids) or f.chi2 >= WRONG**2 * best.chi2:
+        return False
+    shared = best.hypothesis.key & f.hypothesis.key
+    less = min((g.chi2 for g in outcome.tried if g.hypothesis.key == shared), default=outcome.base.chi2)
+    return less - f.chi2 >= ALIKE * (less - best.chi2)
 
 
 def close(outcome: Outcome, f: Fit) -> bool:

@@ -42,18 +42,20 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     sure = _beyond_noise(s, judge, old, new)
     if not s.model.is_time_model and any(w.ar is not None for w in judge.whiteners) and not sure:
         alarm *= 2  # a sweep is too short to tell a colour well
-    if judge.temper > 1.0:  # that something is missing is beyond doubt: the first effect is the best account
-        return old.bic - new.bic > (alarm if old.ids else 0.0) and new.chi2 < WORTH * old.chi2
-    undeserved = judge.excess.get(new.hypothesis.key, 0.0) - judge.excess.get(old.hypothesis.key, 0.0)
     # with no more numbers, or another law, it mends no law that is nearly right, but is another account
     other = set(old.ids) <= set(new.ids) and not old.hypothesis.key <= new.hypothesis.key
     mends = new.parameters > old.parameters and not other
+    inexact = INEXACT[len(old.ids)] ** 2 * (misfit(base) - misfit(new)) if old.ids and mends else -np.inf
+    if judge.temper > 1.0:  # that something is missing is beyond doubt: the first effect is the best account
+        seen = new.chi2 < WORTH * old.chi2 and misfit(old) - misfit(new) > inexact
+        return seen and old.bic - new.bic > (alarm if old.ids else 0.0)
+    undeserved = judge.excess.get(new.hypothesis.key, 0.0) - judge.excess.get(old.hypothesis.key, 0.0)
     imperfect = IMPERFECT * max(0.0, base.bic - old.bic) if mends else 0.0
     if old.bic - new.bic < alarm + max(0.0, undeserved) + imperfect:
         return False
     if worse(s, base, new) or worse(s, old, new):
         return False
-    if mends and misfit(old) - misfit(new) < INEXACT[len(old.ids)] ** 2 * (misfit(base) - misfit(new)):
+    if misfit(old) - misfit(new) < inexact:
         return False
     if old.ids and _far(new) and misfit(new) > SEEN * misfit(old):
         return False
