@@ -25,6 +25,8 @@ def test_a_woofer_has_eddy_currents_and_creep() -> None:
     assert [f.family for f in verdict.effects] == ["eddy", "viscoelastic"]
     assert verdict.effects[0].probability > 0.5
     assert verdict.after.fit < 0.1 * verdict.before.fit
+    asked = [f.separating_experiment for f in verdict.effects]
+    assert all(x and "the same sweep" not in x for x in asked)  # it would be as far from all of them
 
 
 def test_a_stretched_acrylic_relaxes_over_decades_of_time() -> None:

@@ -103,7 +103,7 @@ UNSURE = 0.5
 
 
 def chance(lead: float, more: float) -> float:
-    """How likely a rival ends up excluded that is expected to be behind by `lead` in BIC, `more` in χ² by the
+    """How likely a rival ends up excluded that is expected to be behind by `lead` in BIC, `more` of it by the
     new recording: by noise the χ² by which a wrong law loses has a standard deviation of twice its root."""
     more = max(more, 1.0)
     return 0.5 * (1 + erf((lead - CLOSE) / sqrt(4 * more + (UNSURE * more) ** 2) / sqrt(2)))
@@ -129,12 +129,14 @@ def _left(rivals: Rivals, truth: Fit, rival: Fit, new: Series) -> Exclusion:
         if not np.isfinite(found.value):
             continue
         behind = (float(found.value) - truth.chi2) / rivals.scale
-        more = max(behind - (rival.chi2 - truth.chi2) / rivals.scale, 0.0)
+        more = max(behind - (rival.chi2 - truth.chi2) / rivals.scale, 0.0) / rivals.judge.temper
+        if rivals.judge.temper > 1.0:  # by what both are wrong already, neither is excluded
+            behind = more
         count = free(e.layout, np.asarray(found.theta), rival.hypothesis.shapes, rival.hypothesis.pasts)
         price = (count - rival.parameters) * log(n) + (count - truth.parameters) * more_data
-        lead = rival.bic - truth.bic + price + more / rivals.judge.temper
+        lead = rival.bic - truth.bic + price + more
         now = Exclusion(behind, lead, chance(lead, more))
-        worst = now if worst is None else min(worst, now, key=_weakness)
+        worst = now if worst is None else min(worst, now, key=lambda x: x.lead)
         if worst.chance < HOPELESS:
             break
     return worst or NOT

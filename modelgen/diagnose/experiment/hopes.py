@@ -94,6 +94,6 @@ def _chances(rivals: Rivals, truth: Fit, view: _View, new: Made, noise: Sequence
         if not (np.all(np.isfinite(A)) and np.all(np.isfinite(g)) and np.isfinite(rr)):
             found.append(1.0)
             continue
-        more = max(rr - float(_step(A, g) @ g), 0.0) / rivals.scale
-        found.append(chance(view.fit.bic - truth.bic + more / rivals.judge.temper, more))
+        more = max(rr - float(_step(A, g) @ g), 0.0) / (rivals.scale * rivals.judge.temper)
+        found.append(chance(view.fit.bic - truth.bic + more, more))
     return np.array(found)

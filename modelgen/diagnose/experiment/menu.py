@@ -35,7 +35,7 @@ class Plan:
     """A recording: what is done, in words; recorded inputs (n,); values known there; noise over today's.
 
     cost: roughly the trouble of making it. averaged: how often it is repeated. same: nothing else than the
-    noise differs from the present recording.
+    noise differs from the present recording; again: nothing else than its order, too.
     """
 
     says: str
@@ -45,6 +45,7 @@ class Plan:
     cost: float = 1.0
     averaged: int = 1
     same: bool = False
+    again: bool = False
 
     def repeated(self, times: int) -> Plan:
         """This, averaged over so many repetitions."""
@@ -79,7 +80,7 @@ def _sweeps(model: Model, series: Sequence[Series], k: int, known: Mapping[str, 
     bands = [("the same sweep", here, 0.0), *_bands(model, series, k, here)]
     sizes = sorted({v.name for p in model.ports for key, v in p.variables if key == "amplitude"})
     back = {n: x[::-1] for n, x in here.items()}
-    yield Plan("the same sweep in the other direction", back, cost=0.5)
+    yield Plan("the same sweep in the other direction", back, cost=0.5, again=True)
     for says, inputs, cost in bands:
         yield Plan(says, inputs, cost=cost, same=cost == 0)
         for words, constants, more in _loads(model, series, k, known):

@@ -137,6 +137,8 @@ def _promising(group: Rivals, odds: Sequence[float]) -> list[tuple[Plan, float]]
     found: list[tuple[Plan, float]] = []
     for plan in _menu(group, group.fits[0]):
         made = [p for p in often(plan) if p.averaged == 1 or group.scale < ROUGH]
+        if plan.again and group.judge.temper > 1.0:
+            continue  # errors of models come again
         if not made:
             continue
         worth = hopes(group, plan, [p.averaged for p in made], odds)

@@ -179,9 +179,10 @@ def _price(f: Fit, best: Fit) -> float:
 
 
 def as_ranked(outcome: Outcome, f: Fit) -> Fit:
-    """`f` with the evidence that it is ranked by: where coloured noise alone makes that greater, as much as
-    the best hypothesis has."""
-    return replace(f, bic=outcome.best.bic + _price(f, outcome.best))
+    """`f` with the evidence that it is ranked by: where coloured noise alone makes that greater, or where
+    both are wrong alike, as much as the best hypothesis has."""
+    price = 0.0 if _as_wrong(outcome, f) else _price(f, outcome.best)
+    return replace(f, bic=outcome.best.bic + price)
 
 
 def _share(outcome: Outcome, a: Addition) -> float:
