@@ -98,7 +98,7 @@ def siphoned(seed: int) -> Recording:
     return Recording(f"r{seed}", None, "fit", {"t": time, "u": volts}, {"h": shown})
 
 
-def test_a_siphon_is_none_of_many_poor_names() -> None:
+def test_a_siphon_is_named_with_reserve() -> None:
     u = Input("u", "V")
     k, k_p = Parameter("k", "cm**0.5/s", 0.05, (0.005, 0.5)), Parameter("k_p", "cm/(s*V)", 0.05, (0.005, 0.5))
     h_0 = Parameter("h_0", "cm", 6.0, (0.0, 20.0), "level at the start")
@@ -108,7 +108,8 @@ def test_a_siphon_is_none_of_many_poor_names() -> None:
     outlet = Port("outlet", "force", "out", (("z", h), ("t", t)))
     model = Model("siphon", (t, u), (k, k_p, h_0), (out, level), ("h",), (outlet,))
     found = diagnose(Case(None, "siphon", (siphoned(1), siphoned(2)), per_recording=("h_0",)), model)
-    assert [e.id for e in found.effects] == ["unknown_outlet"]
+    assert found.effects[0].probability < 0.3
+    assert any("still left is" in n for n in found.notes)
 
 
 def test_a_motion_that_is_not_recorded_may_go_much_farther_than_the_base_says() -> None:

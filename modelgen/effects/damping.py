@@ -98,7 +98,14 @@ power_law_damping = Effect(
     _power_law_damping,
     (
         Shape(
-            "n", "1", "1", 0.1, 0.9, 4, log=False, text="exponent; 1 for a linear dashpot, 0 for dry friction"
+            "n",
+            "1",
+            "1",
+            0.25,
+            0.9,
+            4,
+            log=False,
+            text="exponent; 1: a linear dashpot, 0: dry friction",
         ),
     ),
     needs=("v",),

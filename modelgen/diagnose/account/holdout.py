@@ -50,7 +50,7 @@ def look_at_holdout(setting: Setting, outcome: Outcome, best: Fit, scale: float)
     for s, r in zip(series, records, strict=False):
         s = _levelled_like(setting.series[0], s, setting.model.axis)
         if setting.model.is_time_model:
-            e, theta = predict(best, s, setting)
+            e, theta = predict(outcome.base, s, setting)  # as in the recordings that were fitted
             s = errors_in_motion(replace(e, series=(s,)), setting.case, r, theta, 0)
         moved.append(s)
     raws, rms = [], []
@@ -116,9 +116,11 @@ def _over_spread(s: Series, axis: str) -> tuple[Array, Array]:
 
 
 def _weight(s: Series) -> float:
-    """The typical weight; of complex data that of the relative residual."""
+    """The typical weight, were no sample less sure than others; of complex data that of the relative
+    residual."""
     w = np.abs(s.whitener.weight)
-    used = w[..., :] * (s.size if np.iscomplexobj(s.whitener.weight) else 1.0)
+    w = w if s.whitener.share is None else w / np.where(s.whitener.share > 0, s.whitener.share, np.inf)
+    used = w * (s.size if np.iscomplexobj(s.whitener.weight) else 1.0)
     return float(np.median(used[used > 0]))
 
 

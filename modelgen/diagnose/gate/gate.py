@@ -29,17 +29,17 @@ REST = 0.1
 quite. With more it is another thing that they imitate."""
 EXPLAINED = 0.85
 """Share of the misfit that named effects must explain to be named although far more than noise is left."""
-PART = 0.65
+PART = 0.6
 """The same where even the best hypothesis stays far from the data: real records hold many effects, none
 exactly. In records of several simulators names that explained less were wrong, those that explained more
 mostly right."""
 FAR = 1.5
 """Times the noise that named effects leave from which they may be but the nearest that the catalogue has."""
 LIKELY = 0.25
-"""Probability of its family, less what is missing of the way there, from which such an effect is named all
-the same."""
-SOME = 0.3
-"""The same where no description of the whole is better than they are."""
+"""Probability of its kin, less what is missing of the way there, from which such an effect is named all the
+same."""
+SOME, MUCH = 0.3, 0.95
+"""The same, over time and in sweeps, where no description of the whole is better than they are."""
 BETTER = 0.9
 """A description without a catalogue is taken before named effects that gain less than this share of its
 evidence."""
@@ -173,16 +173,16 @@ def reach(before: float, after: float, floor: float) -> float:
 def _better_named(
     setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], explained: float
 ) -> bool:
-    """Whether named effects, though they leave a part, are a better account of recordings over time than the
-    functions of displacement and speed that describe the whole: real records hold many effects, none
-    exactly."""
-    if not setting.model.is_time_model or outcome.judge.temper > 1.0 or not outcome.best.hypothesis.added:
+    """Whether named effects, though they leave a part, are a better account of the recordings than anything
+    that describes the whole: real records hold many effects, none exactly."""
+    least = SOME if setting.model.is_time_model else MUCH
+    if explained <= least or outcome.judge.temper > 1.0 or not outcome.best.hypothesis.added:
         return False
     whole = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
     terms = described(setting, outcome, whole)
-    modelled = 0.0 if terms is None else outcome.base.bic - terms.bic
-    gained = outcome.base.bic - outcome.best.bic
-    return gained > max(whole.gain, modelled) - CLOSE and explained > SOME
+    unlisted = best_unlisted(outcome)
+    modelled = max((outcome.base.bic - f.bic for f in (terms, unlisted) if f is not None), default=0.0)
+    return _gained(setting, outcome, outcome.best) > max(whole.gain, modelled) - CLOSE
 
 
 def _wholly_described(

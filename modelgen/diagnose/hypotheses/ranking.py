@@ -30,7 +30,8 @@ class Standing:
     """One effect of the verdict among its rivals: its probability, and ids that explain the data as well.
 
     elsewise: hypotheses as good that differ in more than this effect.
-    kin: probability that it is this one or another of its family.
+    kin: the same of it, another of its family or of the same variables at the same port, by the evidence
+    alone, among rivals that differ in this effect alone.
     """
 
     addition: Addition
@@ -67,15 +68,16 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
         ]
         if not any(f.hypothesis is best.hypothesis for f in rivals):
             rivals.append(best)
-        w = np.maximum(weights(rivals), [_likelihood(outcome, f) * _as_wrong(outcome, f) for f in rivals])
+        odds = weights(rivals)
+        w = np.maximum(odds, [_likelihood(outcome, f) * _as_wrong(outcome, f) for f in rivals])
         w /= w.sum()
         by_id: dict[str, float] = {}
         kin = 0.0
         tied: dict[str, float] = {}
-        for f, x in zip(rivals, w, strict=True):
+        for f, x, y in zip(rivals, w, odds, strict=True):
             other = next(b for b in f.hypothesis.added if b.key not in rest)
             by_id[other.id] = by_id.get(other.id, 0.0) + float(x)
-            kin += float(x) if other.family == a.family else 0.0
+            kin += float(y) if _akin(a, other) else 0.0
             if close(outcome, f):
                 for i in (other.id, *other.effect.alike):
                     tied[i] = min(tied.get(i, np.inf), f.bic)
@@ -84,14 +86,17 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
         equivalents = tuple(sorted((i for i in tied if i != a.id), key=lambda i: tied[i]))
         elsewise = tuple({id(f): f for _, f in others.get(a.key, ())}.values())
         mine = next(float(x) for f, x in zip(rivals, w, strict=True) if f.hypothesis is best.hypothesis)
-        odds = mine * sum(_likelihood(outcome, f) for f in elsewise)
-        sure = (1 - OUTSIDE) / (1 + odds)
+        sure = (1 - OUTSIDE) / (1 + mine * sum(_likelihood(outcome, f) for f in elsewise))
         share = _share(outcome, a)
-        found.append(Standing(a, by_id[a.id] * sure, equivalents, share, elsewise, kin * sure))
+        found.append(Standing(a, by_id[a.id] * sure, equivalents, share, elsewise, kin * (1 - OUTSIDE)))
     found.sort(key=lambda x: -x.share)
     held = _held(outcome, [x.addition for x in found])
-    pairs = zip(found, held, strict=True)
-    return tuple(replace(x, probability=x.probability * p, kin=x.kin * p) for x, p in pairs)
+    return tuple(replace(x, probability=x.probability * p) for x, p in zip(found, held, strict=True))
+
+
+def _akin(a: Addition, b: Addition) -> bool:
+    same = a.port.name == b.port.name and set(a.effect.needs) == set(b.effect.needs)
+    return a.family == b.family or same
 
 
 def _held(outcome: Outcome, added: Sequence[Addition]) -> tuple[float, ...]:
