@@ -23,7 +23,7 @@ def test_a_woofer_has_eddy_currents_and_creep() -> None:
     is left is far more than noise, and no name of that is told."""
     verdict = verdict_on("loudspeaker_l16rnx")
     assert [f.family for f in verdict.effects] == ["eddy", "viscoelastic"]
-    assert verdict.effects[0].probability > 0.5
+    assert "semi_inductance" in (verdict.effects[0].id, *verdict.effects[0].equivalents)
     assert verdict.after.fit < 0.1 * verdict.before.fit
     asked = [f.separating_experiment for f in verdict.effects]
     assert all(x and "the same sweep" not in x for x in asked)  # it would be as far from all of them

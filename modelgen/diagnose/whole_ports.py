@@ -33,9 +33,10 @@ FORCES = ("N", "N*m", "Pa")
 def whole(model: Model) -> Model:
     """`model` with what its ports lack.
 
-    Over frequency that is ω. Over time, a force port that names a recorded motion z gets its rate v,
-    acceleration a, the values before and at the turn, and the time; a recorded force without a port of its
-    sensor gets one; and a model without memory becomes one whose samples follow each other.
+    Over frequency that is ω. Over time, force and sensor ports get the time and that of the sample before; a
+    force port that names a recorded motion z gets its rate v, acceleration a, and the values before and at
+    the turn; a recorded force without a port of its sensor gets one; and a model without memory becomes one
+    whose samples follow each other.
     """
     axis = model.inputs[0] if model.inputs else None
     if axis is None:
@@ -44,6 +45,9 @@ def whole(model: Model) -> Model:
         return _oscillating(model, axis)
     if not model.is_time_model:
         model = model.with_inputs(previous(axis))
+    for port in model.ports if is_time(axis.unit) else ():
+        if port.kind in ("force", "sensor"):
+            model = _timed(model, port, axis)
     for port in model.ports:
         if port.kind == "force" and is_time(axis.unit):
             model = _moving(model, port, axis)
@@ -73,6 +77,16 @@ def _free(name: str, taken: set[str]) -> str:
     return name
 
 
+def _timed(model: Model, port: Port, axis: Input) -> Model:
+    """`model` whose `port` knows the time and that of the sample before."""
+    have = dict(port.variables)
+    before = _known(model, previous(axis))
+    more = tuple((n, i.symbol) for n, i in (("t", axis), ("t_prev", before)) if n not in have)
+    fuller = replace(port, variables=(*port.variables, *more))
+    model = model.with_inputs(before)
+    return replace(model, ports=tuple(fuller if p is port else p for p in model.ports))
+
+
 def _moving(model: Model, port: Port, axis: Input) -> Model:
     """`model` whose `port` knows all of the motion that it is a force of, if that is recorded. Its rate is
     there at any rate: by it one sees what moves, and how far and fast."""
@@ -86,8 +100,6 @@ def _moving(model: Model, port: Port, axis: Input) -> Model:
         "a": acceleration_of(z, f"{z.name}_acceleration", f"{speed}/({time})"),
         "z_prev": previous(z),
         "z_turn": turning_point_of(z),
-        "t": axis,
-        "t_prev": previous(axis),
     }
     added = {n: _known(model, i) for n, i in wanted.items() if n not in have or n == "v"}
     more = tuple((n, i.symbol) for n, i in added.items() if n not in have)

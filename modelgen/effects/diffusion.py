@@ -14,7 +14,7 @@ def _warburg(model: Model, port: Port, p: Values) -> Model:
 
 warburg_diffusion = Effect(
     "warburg_diffusion",
-    ("electrical_impedance",),
+    ("electrical_impedance", "terminals"),
     "what reacts at the electrode arrives by diffusion: an impedance W/√(jω), which falls with the "
     "root of frequency at 45°",
     "E. Warburg, Ann. Phys. 303 (1899) 493",
@@ -34,7 +34,7 @@ def _bounded(at: Port, p: Values) -> object:
 
 bounded_diffusion = Effect(
     "warburg_diffusion",
-    ("electrical_impedance",),
+    ("electrical_impedance", "terminals"),
     "what reacts at the electrode arrives by diffusion through a layer that ends: R tanh(√(jωτ))/√(jωτ), "
     "a resistance at low frequency",
     "J. Llopis, F. Colom, Proc. 8th CITCE (1956) 414; A. Lasia, Electrochemical Impedance Spectroscopy"

@@ -55,6 +55,25 @@ solid_core = Effect(
     common=RARER,
 )
 
+
+def _beside_skin(model: Model, port: Port, p: Values) -> Model:
+    model = unit_omega(model)
+    unit = model.parameter("unit_omega")
+    Y, a = p["Y"] * unit, 1 - p["n_p"]
+    return model.extend(port.equation, lambda L: L / (1 + L * Y * powj(port["omega"] / unit, a)))
+
+
+parallel_semi_inductance = Effect(
+    "semi_inductance",
+    ("inductance",),
+    "eddy currents in solid iron let flux in only through a skin: K(jω)^n in parallel with the inductance",
+    "W. M. Leach, JAES 50 (2002) 442; K. Thorborg, C. Futtrup, JAES 59 (2011) 612",
+    (Strength("Y", "s/{port}", text="1/K, K the modulus at ω = 1 rad/s"),),
+    _beside_skin,
+    (Shape("n_p", "1", "1", 0.3, 0.85, 4, log=False, text="exponent; 1/2 for an ideal half-space of iron"),),
+    needs=("omega",),
+)
+
 shunted_inductance = Effect(
     "eddy_shunt",
     ("inductance",),
@@ -136,8 +155,8 @@ shunted_terminals = Effect(
 permeability_relaxation = Effect(
     "permeability_relaxation",
     ("inductance",),
-    "magnetic after-effect: a part of the permeability follows the field late, with times spread around "
-    "τ (Cole–Cole)",
+    "a part of the inductance follows the field late, with times spread around τ (Cole–Cole): magnetic "
+    "after-effect, or eddy currents deep in iron",
     "K. S. Cole, R. H. Cole, J. Chem. Phys. 9 (1941) 341; S. Chikazumi, Physics of Ferromagnetism "
     "(1997), ch. 20",
     (Strength("L_s", "{port}", text="inductance by the relaxing part of the permeability"),),
@@ -153,6 +172,7 @@ EFFECTS = (
     semi_inductance,
     solid_pole,
     solid_core,
+    parallel_semi_inductance,
     shunted_inductance,
     shorted_turn,
     shorted_share,

@@ -19,6 +19,8 @@ LOUD = 25.0
 """|e|² of a whitened sample that is 5 standard deviations off."""
 FEW = 4
 """Outliers at the top of a record that make a plateau."""
+NOISE = 1.5
+"""Standard deviations of the noise that values of a plateau have at most: more is no single value."""
 MANY, DENSE = 12, 4.0
 """Samples that make a plateau without any outlier, and how many times those in the band below it."""
 LONE = 3
@@ -65,8 +67,10 @@ def _cut(s: Series, e: Array, marks: Array, side: float) -> Array | None:
     if len(end) < FEW:
         return None
     share = np.ones(len(x)) if s.whitener.share is None else np.maximum(s.whitener.share, 1e-6)
-    spread = float(np.ptp(x[end])) * float(np.mean(np.abs(s.whitener.weight[0] / share)[end]))
-    return end if spread < np.sqrt(LOUD) < 0.7 * float(np.max(side * (e / share)[end])) else None
+    spread = float(np.std(x[end])) * float(np.mean(np.abs(s.whitener.weight[0] / share)[end]))
+    beyond = np.count_nonzero(side * x > np.max(side * x[end]))
+    high = np.sqrt(LOUD) < 0.7 * float(np.max(side * (e / share)[end]))
+    return end if spread < NOISE and beyond < len(end) and high else None
 
 
 def _plateau(s: Series, e: Array, side: float) -> Array | None:
@@ -87,7 +91,8 @@ def _plateau(s: Series, e: Array, side: float) -> Array | None:
     goes_on = float(np.std(model)) > 5 * max(
         float(np.std(x[end])), sigma, unsure
     )  # its motion may be in error
-    return end if len(end) >= MANY and len(end) > DENSE * below and goes_on else None
+    beyond = int(np.count_nonzero(under < -band))
+    return end if len(end) >= max(MANY, beyond) and len(end) > DENSE * below and goes_on else None
 
 
 def mains(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftover | None, list[Array]]:

@@ -150,13 +150,17 @@ WRONG = 1.5
 """Where even the best hypothesis leaves far more than noise, none is true: those whose residual is at most so
 many times as large are no worse an account."""
 ALIKE = 0.75
-"""… if what differs takes away this share of the misfit that its counterpart in the best one takes away."""
+"""… if what differs takes away this share of the misfit that its counterpart in the best one takes away,"""
+WIDE = 3 * CLOSE
+"""… and ΔBIC, in so many independent data as the rest has, is no more than this."""
 
 
 def _as_wrong(outcome: Outcome, f: Fit) -> bool:
     """Whether `f`, with as many effects, is as good an account of recordings that none accounts for."""
     best = outcome.best
-    if outcome.judge.temper == 1.0 or len(f.ids) != len(best.ids) or f.chi2 >= WRONG**2 * best.chi2:
+    if outcome.judge.temper == 1.0 or len(f.ids) != len(best.ids):
+        return False
+    if f.bic - best.bic > WIDE or f.chi2 >= WRONG**2 * best.chi2:
         return False
     shared = best.hypothesis.key & f.hypothesis.key
     less = min((g.chi2 for g in outcome.tried if g.hypothesis.key == shared), default=outcome.base.chi2)
