@@ -34,6 +34,14 @@ static const double mg_bouc_wen_weight[24] = {
     0.09622954036452203, 0.09943238294698888, 0.09786996923415492, 0.09110753071651191,
     0.07913166835676111, 0.06237985300964493, 0.04172237190241468, 0.018422858460769492
 };
+static const double mg_bouc_wen_log[24] = {  /* logarithms of the nodes */
+    -18.088882737550744, -13.1136821873464, -10.434618499146785, -8.605066931920655,
+    -7.223869925703263, -6.122095807679731, -5.212612127947401, -4.444595341880271,
+    -3.7858308610693636, -3.214637788040251, -2.715751453929703, -2.278043303654158,
+    -1.89317496100341, -1.5547622712096139, -1.2578341782425808, -0.9984703386675755,
+    -0.7735515311914395, -0.5805837691669022, -0.41757208623033126, -0.28292876483215357,
+    -0.17540609630539503, -0.09404702827567006, -0.03814869500139374, -0.0072278700336381885
+};
 
 /* dq/dx = 1 - c|q|^n; c = 1 for q > 0 (loading), 1 - 2 sigma for q < 0 (unloading) */
 static inline double mg_bouc_wen_rate(const double q, const double n, const double sigma)
@@ -44,17 +52,35 @@ static inline double mg_bouc_wen_rate(const double q, const double n, const doub
 /* Way from 0 to q, the integral of 1/(1 - c|q|^n), its pole at q = 1 taken out; power[i] = node[i]^n. */
 static inline double mg_bouc_wen_way(const double q, const double n, const double sigma, const double *power)
 {
-    const double c = (q > 0.0) ? 1.0 : 1.0 - 2.0 * sigma;
-    const double top = c * pow(fabs(q), n);
     double sum = 0.0;
-    for (int i = 0; i < 24; ++i) {
-        const double pole = (q > 0.0) ? 1.0 / (n * (1.0 - q * mg_bouc_wen_node[i])) : 0.0;
-        sum += mg_bouc_wen_weight[i] * (1.0 / (1.0 - top * power[i]) - pole);
+    if (!(q > 0.0)) {
+        const double top = (1.0 - 2.0 * sigma) * pow(-q, n);
+        for (int i = 0; i < 24; ++i) {
+            sum += mg_bouc_wen_weight[i] / (1.0 - top * power[i]);
+        }
+        return q * sum;
     }
-    return q * sum - ((q > 0.0) ? log1p(-q) / n : 0.0);
+    const double top = pow(q, n);
+    for (int i = 0; i < 24; ++i) {
+        const double rate = 1.0 - top * power[i];
+        const double pole = n * (1.0 - q * mg_bouc_wen_node[i]);
+        sum += mg_bouc_wen_weight[i] * ((pole - rate) / (rate * pole));
+    }
+    return q * sum - log1p(-q) / n;
 }
 
-/* q after the way x >= 0: Newton from the side where it is monotonic; while loading, in s = -ln(1 - q). */
+/* q after a way x that is short, nearly: one Runge-Kutta step of fourth order */
+static inline double mg_bouc_wen_near(const double q, const double x, const double n, const double sigma)
+{
+    const double k1 = mg_bouc_wen_rate(q, n, sigma);
+    const double k2 = mg_bouc_wen_rate(q + 0.5 * x * k1, n, sigma);
+    const double k3 = mg_bouc_wen_rate(q + 0.5 * x * k2, n, sigma);
+    const double k4 = mg_bouc_wen_rate(q + x * k3, n, sigma);
+    return q + x * (k1 + 2.0 * (k2 + k3) + k4) / 6.0;
+}
+
+/* q after the way x >= 0: Newton from the side where it is monotonic, after a short way from next to its end;
+ * while loading, in s = -ln(1 - q). */
 static inline double mg_bouc_wen_step(const double q, const double x, const double n, const double sigma)
 {
     if (!(q < 1.0) || x == 0.0) {
@@ -62,11 +88,12 @@ static inline double mg_bouc_wen_step(const double q, const double x, const doub
     }
     double power[24];
     for (int i = 0; i < 24; ++i) {
-        power[i] = pow(mg_bouc_wen_node[i], n);
+        power[i] = exp(n * mg_bouc_wen_log[i]);
     }
     const double way = mg_bouc_wen_way(q, n, sigma, power) + x;
+    const double near = (n * sigma * x < 0.5) ? mg_bouc_wen_near(q, x, n, sigma) : 1.0;
     if (!(way > 0.0)) {
-        const double first = q + mg_bouc_wen_rate(q, n, sigma) * x;
+        const double first = (near < 0.0) ? near : q + mg_bouc_wen_rate(q, n, sigma) * x;
         double end = (first < 0.0) ? first : 0.0;
         for (int k = 0; k < 50; ++k) {
             const double miss = (mg_bouc_wen_way(end, n, sigma, power) - way) * mg_bouc_wen_rate(end, n, sigma);
@@ -77,7 +104,17 @@ static inline double mg_bouc_wen_step(const double q, const double x, const doub
         }
         return end;
     }
-    double s = (q > 0.0) ? -log1p(-q) : 0.0;
+    const double from = (near > 0.0 && near < 1.0) ? near : q;
+    double s = (from > 0.0) ? -log1p(-from) : 0.0;
+    if (!(near < 1.0)) {  /* far: s/n is the way, less a part that is largest at q = 1 */
+        double most = 0.0;
+        for (int i = 0; i < 24; ++i) {
+            const double rate = 1.0 - power[i];
+            const double pole = n * (1.0 - mg_bouc_wen_node[i]);
+            most += mg_bouc_wen_weight[i] * ((pole - rate) / (rate * pole));
+        }
+        s = fmax(s, n * (way - most));
+    }
     for (int k = 0; k < 50; ++k) {
         const double end = -expm1(-s);
         if (!(end < 1.0)) {
@@ -86,23 +123,24 @@ static inline double mg_bouc_wen_step(const double q, const double x, const doub
         const double slope = mg_bouc_wen_rate(end, n, sigma) * exp(s);
         const double miss = (way - mg_bouc_wen_way(end, n, sigma, power)) * slope;
         s += miss;
-        if (!(1.0 + miss * miss > 1.0)) {
+        const double grain = 1e-15 * exp(s);  /* of s, by the rounding of q next to 1 */
+        if (!(1.0 + miss * miss > 1.0 + grain * grain)) {
             break;
         }
     }
     return -expm1(-s);
 }
 
-static inline double mg_bouc_wen_step_q(const double q, const double x, const double n, const double sigma)
+/* Derivatives of `end`, which is q after the way x */
+static inline double mg_bouc_wen_step_q(const double end, const double q, const double x, const double n, const double sigma)
 {
     const double before = mg_bouc_wen_rate(q, n, sigma);
-    const double after = mg_bouc_wen_rate(mg_bouc_wen_step(q, x, n, sigma), n, sigma);
-    return (before > 0.0) ? after / before : exp(-n * x);
+    return (before > 0.0) ? mg_bouc_wen_rate(end, n, sigma) / before : exp(-n * x);
 }
 
-static inline double mg_bouc_wen_step_x(const double q, const double x, const double n, const double sigma)
+static inline double mg_bouc_wen_step_x(const double end, const double n, const double sigma)
 {
-    return mg_bouc_wen_rate(mg_bouc_wen_step(q, x, n, sigma), n, sigma);
+    return mg_bouc_wen_rate(end, n, sigma);
 }
 
 /* Derivative of the way by n. */
@@ -112,19 +150,19 @@ static inline double mg_bouc_wen_way_n(const double q, const double n, const dou
         return 0.0;
     }
     const double c = (q > 0.0) ? 1.0 : 1.0 - 2.0 * sigma;
+    const double size = log(fabs(q));
     double sum = 0.0;
     for (int i = 0; i < 24; ++i) {
-        const double x = fabs(q) * mg_bouc_wen_node[i];
-        const double part = c * pow(x, n);
-        const double pole = (q > 0.0) ? 1.0 / (n * n * (1.0 - x)) : 0.0;
-        sum += mg_bouc_wen_weight[i] * (part * log(x) / ((1.0 - part) * (1.0 - part)) + pole);
+        const double ln = size + mg_bouc_wen_log[i];
+        const double part = c * exp(n * ln);
+        const double pole = (q > 0.0) ? 1.0 / (n * n * (1.0 - q * mg_bouc_wen_node[i])) : 0.0;
+        sum += mg_bouc_wen_weight[i] * (part * ln / ((1.0 - part) * (1.0 - part)) + pole);
     }
     return q * sum + ((q > 0.0) ? log1p(-q) / (n * n) : 0.0);
 }
 
-static inline double mg_bouc_wen_step_n(const double q, const double x, const double n, const double sigma)
+static inline double mg_bouc_wen_step_n(const double end, const double q, const double n, const double sigma)
 {
-    const double end = mg_bouc_wen_step(q, x, n, sigma);
     if (!(end < 1.0)) {
         return 0.0;
     }
@@ -135,17 +173,17 @@ static inline double mg_bouc_wen_step_n(const double q, const double x, const do
 static inline double mg_bouc_wen_way_sigma(const double q, const double n, const double sigma)
 {
     double sum = 0.0;
+    const double size = (q < 0.0) ? log(-q) : 0.0;
     for (int i = 0; q < 0.0 && i < 24; ++i) {
-        const double part = pow(-q * mg_bouc_wen_node[i], n);
+        const double part = exp(n * (size + mg_bouc_wen_log[i]));
         const double whole = 1.0 + (2.0 * sigma - 1.0) * part;
         sum -= mg_bouc_wen_weight[i] * 2.0 * part / (whole * whole);
     }
     return q * sum;
 }
 
-static inline double mg_bouc_wen_step_sigma(const double q, const double x, const double n, const double sigma)
+static inline double mg_bouc_wen_step_sigma(const double end, const double q, const double n, const double sigma)
 {
-    const double end = mg_bouc_wen_step(q, x, n, sigma);
     const double gap = mg_bouc_wen_way_sigma(q, n, sigma) - mg_bouc_wen_way_sigma(end, n, sigma);
     return mg_bouc_wen_rate(end, n, sigma) * gap;
 }
@@ -280,19 +318,21 @@ void bouc_wen_jacobian_real(const size_t n, const size_t stride, const double *r
         const double s68 = work[13 * stride + i];
         const double t29 = r * s28;
         const double t32 = s28 * (rho * s30);
-        const double r_turn = s28 * mg_bouc_wen_step(t29, t32, n_, sigma);  /* state where it turns */
+        const double t33 = mg_bouc_wen_step(t29, t32, n_, sigma);
+        const double r_turn = s28 * t33;  /* state where it turns */
         const double t41 = r_turn * s40;
         const double t43 = s40 * (rho * s35);
-        const double r_ = s40 * mg_bouc_wen_step(t41, t43, n_, sigma);  /* hysteretic state */
-        const double t46 = mg_bouc_wen_step_q(t29, t32, n_, sigma);
-        const double t50 = mg_bouc_wen_step_q(t41, t43, n_, sigma);
+        const double t44 = mg_bouc_wen_step(t41, t43, n_, sigma);
+        const double r_ = s40 * t44;  /* hysteretic state */
+        const double t46 = mg_bouc_wen_step_q(t33, t29, t32, n_, sigma);
+        const double t50 = mg_bouc_wen_step_q(t44, t41, t43, n_, sigma);
         const double F = F_0 + v * c_D + h_D * r_ + z * k_D;  /* what the force sensor shows */
-        const double t66 = s60 * (t46 * (d_r_3 * s28) + mg_bouc_wen_step_x(t29, t32, n_, sigma) * s63);
-        const double t71 = s40 * (t50 * t66 + mg_bouc_wen_step_x(t41, t43, n_, sigma) * s68);
-        const double t77 = t50 * (s60 * (mg_bouc_wen_step_n(t29, t32, n_, sigma) + t46 * (d_r_4 * s28)));
-        const double t79 = s40 * (mg_bouc_wen_step_n(t41, t43, n_, sigma) + t77);
-        const double t84 = s60 * (mg_bouc_wen_step_sigma(t29, t32, n_, sigma) + t46 * (d_r_5 * s28));
-        const double t87 = s40 * (mg_bouc_wen_step_sigma(t41, t43, n_, sigma) + t50 * t84);
+        const double t67 = t50 * (s60 * (t46 * (d_r_3 * s28) + mg_bouc_wen_step_x(t33, n_, sigma) * s63));
+        const double t71 = s40 * (t67 + mg_bouc_wen_step_x(t44, n_, sigma) * s68);
+        const double t77 = t50 * (s60 * (mg_bouc_wen_step_n(t33, t29, n_, sigma) + t46 * (d_r_4 * s28)));
+        const double t79 = s40 * (mg_bouc_wen_step_n(t44, t41, n_, sigma) + t77);
+        const double t84 = s60 * (mg_bouc_wen_step_sigma(t33, t29, n_, sigma) + t46 * (d_r_5 * s28));
+        const double t87 = s40 * (mg_bouc_wen_step_sigma(t44, t41, n_, sigma) + t50 * t84);
         const double t93 = s40 * (t50 * (s60 * (t46 * (d_r_7 * s28))));
         out[0 * stride + i] = F;
         jac[0 * stride + i] = z;
@@ -445,19 +485,21 @@ void bouc_wen_normal_real(const size_t n, const size_t stride, const double *res
         const double s68 = work[13 * stride + i];
         const double t29 = r * s28;
         const double t32 = s28 * (rho * s30);
-        const double r_turn = s28 * mg_bouc_wen_step(t29, t32, n_, sigma);  /* state where it turns */
+        const double t33 = mg_bouc_wen_step(t29, t32, n_, sigma);
+        const double r_turn = s28 * t33;  /* state where it turns */
         const double t41 = r_turn * s40;
         const double t43 = s40 * (rho * s35);
-        const double r_ = s40 * mg_bouc_wen_step(t41, t43, n_, sigma);  /* hysteretic state */
-        const double t46 = mg_bouc_wen_step_q(t29, t32, n_, sigma);
-        const double t50 = mg_bouc_wen_step_q(t41, t43, n_, sigma);
+        const double t44 = mg_bouc_wen_step(t41, t43, n_, sigma);
+        const double r_ = s40 * t44;  /* hysteretic state */
+        const double t46 = mg_bouc_wen_step_q(t33, t29, t32, n_, sigma);
+        const double t50 = mg_bouc_wen_step_q(t44, t41, t43, n_, sigma);
         const double F = F_0 + v * c_D + h_D * r_ + z * k_D;  /* what the force sensor shows */
-        const double t66 = s60 * (t46 * (d_r_3 * s28) + mg_bouc_wen_step_x(t29, t32, n_, sigma) * s63);
-        const double t71 = s40 * (t50 * t66 + mg_bouc_wen_step_x(t41, t43, n_, sigma) * s68);
-        const double t77 = t50 * (s60 * (mg_bouc_wen_step_n(t29, t32, n_, sigma) + t46 * (d_r_4 * s28)));
-        const double t79 = s40 * (mg_bouc_wen_step_n(t41, t43, n_, sigma) + t77);
-        const double t84 = s60 * (mg_bouc_wen_step_sigma(t29, t32, n_, sigma) + t46 * (d_r_5 * s28));
-        const double t87 = s40 * (mg_bouc_wen_step_sigma(t41, t43, n_, sigma) + t50 * t84);
+        const double t67 = t50 * (s60 * (t46 * (d_r_3 * s28) + mg_bouc_wen_step_x(t33, n_, sigma) * s63));
+        const double t71 = s40 * (t67 + mg_bouc_wen_step_x(t44, n_, sigma) * s68);
+        const double t77 = t50 * (s60 * (mg_bouc_wen_step_n(t33, t29, n_, sigma) + t46 * (d_r_4 * s28)));
+        const double t79 = s40 * (mg_bouc_wen_step_n(t44, t41, n_, sigma) + t77);
+        const double t84 = s60 * (mg_bouc_wen_step_sigma(t33, t29, n_, sigma) + t46 * (d_r_5 * s28));
+        const double t87 = s40 * (mg_bouc_wen_step_sigma(t44, t41, n_, sigma) + t50 * t84);
         const double t93 = s40 * (t50 * (s60 * (t46 * (d_r_7 * s28))));
         const double e0 = weight[0 * stride + i] * (F - data[0 * stride + i]);
         const double j0_0 = weight[0 * stride + i] * z;

@@ -151,31 +151,37 @@ class bouc_wen_step(sp.Function):
     nargs = 4
 
     def fdiff(self, argindex: int = 1) -> Any:
-        return (bouc_wen_step_q, bouc_wen_step_x, bouc_wen_step_n, bouc_wen_step_sigma)[argindex - 1](
-            *self.args
-        )
+        q, x, n, sigma = self.args
+        return (
+            bouc_wen_step_q(self, q, x, n, sigma),
+            bouc_wen_step_x(self, n, sigma),
+            bouc_wen_step_n(self, q, n, sigma),
+            bouc_wen_step_sigma(self, q, n, sigma),
+        )[argindex - 1]
 
 
 class bouc_wen_step_q(sp.Function):
-    """∂ bouc_wen_step/∂q = (1 − c|step|ⁿ)/(1 − c|q|ⁿ). Its own derivative is not offered."""
+    """∂ step/∂q = (1 − c|step|ⁿ)/(1 − c|q|ⁿ) of (step, q, x, n, σ). Its own derivative is not offered."""
 
-    nargs = 4
+    nargs = 5
 
 
 class bouc_wen_step_x(sp.Function):
-    """∂ bouc_wen_step/∂x = 1 − c|step|ⁿ. Its own derivative is not offered."""
+    """∂ step/∂x = 1 − c|step|ⁿ of (step, n, σ). Its own derivative is not offered."""
 
-    nargs = 4
+    nargs = 3
 
 
 class bouc_wen_step_n(sp.Function):
-    """∂ bouc_wen_step/∂n: −(1 − c|step|ⁿ) times the growth with n of the way. Its own is not offered."""
+    """∂ step/∂n of (step, q, n, σ): −(1 − c|step|ⁿ) times the growth with n of the way. Its own is not
+    offered."""
 
     nargs = 4
 
 
 class bouc_wen_step_sigma(sp.Function):
-    """∂ bouc_wen_step/∂σ: −(1 − c|step|ⁿ) times the growth with σ of the way. Its own is not offered."""
+    """∂ step/∂σ of (step, q, n, σ): −(1 − c|step|ⁿ) times the growth with σ of the way. Its own is not
+    offered."""
 
     nargs = 4
 
