@@ -323,6 +323,7 @@ def test_numbers_read_back(x, digits) -> None:
 
 def test_words_of_numbers_and_units() -> None:
     assert words.measured(0.3834, 0.0012) == "0.3834 ± 0.0012"
+    assert words.measured(-0.4, 140.0) == "0 ± 140"
     assert words.measured(1.2e-5, 3e-7) == "(1.200 ± 0.030)·10⁻⁵"
     assert words.measured(0.0, 0.5) == "0.00 ± 0.50"
     assert words.measured(2.5, float("nan")) == "2.500"

@@ -50,6 +50,7 @@ def measured(value: float, std: float) -> str:
     shift = 0 if -4 < exponent < 6 else exponent
     value, std = value / 10.0**shift, std / 10.0**shift
     decimals = min(max(1 - math.floor(math.log10(std)), 0), 12)
+    value = round(value, decimals) + 0.0  # no minus before a zero
     text = f"{_minus(f'{value:.{decimals}f}')} ± {std:.{decimals}f}"
     return f"({text})·10{superscript(shift)}" if shift else text
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.unlisted import cheaper
+from modelgen.diagnose.hypotheses.ranking import WRONG
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Outcome, Setting
 from modelgen.diagnose.noise.recolour import own_colours
@@ -16,11 +17,18 @@ def outdone(setting: Setting, outcome: Outcome) -> tuple[Fit, float] | None:
     """What no catalogue holds but explains more than the named effects, coloured noise of its own beside
     each: that has peaks, too. Each further effect has to gain as much as to be claimed."""
     rival = cheaper(outcome)
-    if rival is None:
+    if rival is None or _as_far(outcome, rival[0]):
         return None
     best, other = own_colours(setting, outcome.judge, (outcome.best, rival[0]))
     count = len(outcome.best.ids)
     return rival if best - other > (ALARM * (1 - count) if count else CLOSE) else None
+
+
+def _as_far(outcome: Outcome, rival: Fit) -> bool:
+    """Whether what no catalogue holds is not much nearer to recordings that neither it nor named effects
+    account for."""
+    named = outcome.judge.temper > 1.0 and bool(outcome.best.ids)
+    return named and outcome.best.chi2 < WRONG**2 * rival.chi2
 
 
 def by_odd_noise(setting: Setting, outcome: Outcome) -> bool:
