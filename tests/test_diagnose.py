@@ -14,6 +14,7 @@ from modelgen.diagnose import Verdict, diagnose
 from modelgen.effects import Effect, Strength, family
 from modelgen.errors import InputError
 from modelgen.models import load
+from modelgen.recordings import Case, Recording
 from modelgen.truths import draw, write_case
 
 
@@ -194,6 +195,21 @@ def test_the_same_case_gives_the_same_verdict(tmp_path: Path) -> None:
     a, b = (diagnose(case, load(case.model)) for _ in range(2))
     assert [e.id for e in a.effects] == [e.id for e in b.effects]
     assert np.allclose([p.value for p in a.parameters], [p.value for p in b.parameters], rtol=1e-9)
+
+
+def test_a_held_out_copy_is_as_far_over_the_noise_as_what_was_fitted() -> None:
+    """Errors of a recorded motion count in it as in the others, and once: a stiff dashpot shows them."""
+    rng = np.random.default_rng(5)
+    t = np.linspace(0, 20, 2001)
+    z = 3 * np.sin(2 * np.pi * 0.5 * t) + 0.5 * np.sin(2 * np.pi * 1.7 * t)
+    v = np.gradient(z, t)
+    force = 2 * z + 0.8 * v + 0.05 * z**3 + 0.01 * rng.standard_normal(t.size)
+    inputs = {"t": t, "z": z + 0.01 * rng.standard_normal(t.size)}
+    records = [Recording(n, None, n, inputs, {"F": force}) for n in ("fit", "holdout")]
+    v = diagnose(Case(None, "kelvin_voigt", tuple(records)), load("kelvin_voigt"))
+    assert v.effects[0].id == "cubic_stiffness"
+    for rms in (v.before, v.after):
+        assert rms.holdout_over_noise == pytest.approx(rms.fit_over_noise, rel=0.05)
 
 
 def test_held_out_recordings_decide_nothing(tmp_path: Path) -> None:

@@ -135,6 +135,12 @@ def test_semi_inductance_and_cole_cole() -> None:
     assert np.allclose(new - old, 0.3 / (1 + (1j * w * 1e-3) ** 0.7))
 
 
+def test_leach_s_coil_is_an_inductance_in_parallel_with_a_semi_inductance() -> None:
+    """1/(jωL') = 1/(jωL) + 1/(K(jω)^n)"""
+    old, new = at_port(find("semi_inductance", "inductance", "Y"), Y=1 / 0.03, n_p=0.6)
+    assert np.allclose(1 / (1j * w * new), 1 / (1j * w * old) + 1 / (0.03 * (1j * w) ** 0.6))
+
+
 def test_dielectrics() -> None:
     def at_capacitance(e: Effect, **p: float) -> tuple[Array, Array]:
         return at_port(e, "piezoelectric_transducer", **p)

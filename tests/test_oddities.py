@@ -47,6 +47,17 @@ def test_a_record_cut_for_most_of_its_time_is_told_as_its_motion_goes_on() -> No
     assert found is not None and np.mean(marks[0]) == pytest.approx(0.705, abs=0.02)
 
 
+def test_a_level_that_a_record_goes_beyond_is_no_end_of_it() -> None:
+    """A force that stays while a motion is uniform, and jerks elsewhere."""
+    s, white, _ = _force(clip=0.9)
+    x, rng = s.data[0].copy(), np.random.default_rng(1)
+    for k in np.flatnonzero(np.sin(2 * np.pi * s.inputs["t"]) < -0.1)[::7]:
+        x[k : k + 3] = rng.uniform(1.1, 1.6)
+    jerky = replace(s, data=x[None])
+    found, _ = saturation([jerky], [white + (s.data - jerky.data) / SIGMA], [np.zeros(s.n, dtype=bool)])
+    assert found is None
+
+
 def test_a_plateau_is_marked_whole_where_outliers_lie_on_it_and_with_its_edges() -> None:
     """Of the samples beside a plateau those that noise lifted are on it: what is left of them is biased."""
     s, white, _ = _force(clip=0.5)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -30,6 +32,13 @@ def test_a_port_that_says_only_where_it_is_gets_its_motion_and_its_sensor() -> N
     assert sensor.kind == "sensor" and sensor.equation == "F" != force.equation
     of_dahl = {e.id for e in CATALOGUE if e.kinds[0] == "force" and e.fits(load("modified_dahl"))}
     assert of_dahl <= {e.id for e in CATALOGUE if e.fits(model)}
+
+
+def test_a_declared_sensor_gets_the_time() -> None:
+    """Else delay and lag have no place there, and nothing says so."""
+    model = whole(replace(zener, ports=(Port("thermocouple", "sensor", "F"),)))
+    assert {"t", "t_prev"} == {n for n, _ in model.ports[0].variables}
+    assert {"sensor_delay", "force_sensor_lag"} <= {e.id for e in CATALOGUE if e.fits(model)}
 
 
 def test_what_is_filled_in_changes_no_number() -> None:
