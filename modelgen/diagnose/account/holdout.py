@@ -74,7 +74,7 @@ def foreseen(judge: Judge, fit: Fit, predicted: Sequence[tuple[Experiment, Array
     the fit's covariance. NaN where the fit leaves a parameter open, or nothing is predicted.
     """
     problem = fit.hypothesis.experiment.problem(fit.theta, judge.whiteners)
-    spread = max(1.0, fit.chi2 / max(1, effective(fit.white) - fit.parameters))
+    spread = max(1.0, judge.temper * fit.chi2 / max(1, effective(fit.white) - fit.parameters))
     covariance = assess(problem, fit.theta).covariance * spread
     places: dict[str, int] = {}
     for k, n in enumerate(fit.hypothesis.names):

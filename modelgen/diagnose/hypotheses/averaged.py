@@ -22,10 +22,11 @@ RIVALS = 8
 
 
 def parameters(judge: Judge, fit: Fit) -> tuple[Estimate, ...]:
-    """Values and standard deviations, the noise's level estimated from the residual."""
+    """Values and standard deviations, the noise's level estimated from the residual; of what a wrong model
+    leaves, samples as far apart as `judge.temper` are independent."""
     problem = fit.hypothesis.experiment.problem(fit.theta, judge.whiteners)
     n = effective(fit.white)
-    scale = float(np.sqrt(fit.chi2 / max(1, n - fit.parameters)))
+    scale = float(np.sqrt(judge.temper * fit.chi2 / max(1, n - fit.parameters)))
     known = assess(problem, fit.theta)
     found = estimates(problem, fit.theta, known)
     return tuple(replace(x, std=x.std * max(scale, 1.0)) for x in found)
