@@ -13,11 +13,15 @@ LEFT = 20.0
 """ΔBIC that a description without a catalogue must gain before the rest counts as physics."""
 
 
+RARER = 4.0
+"""ΔBIC that it must be ahead of named effects: physics of a catalogue is about five times as common."""
+
+
 def outdone(setting: Setting, outcome: Outcome) -> tuple[Fit, float] | None:
     """What no catalogue holds but explains more than the named effects, coloured noise of its own beside
     each: that has peaks, too. Each further effect has to gain as much as to be claimed."""
     rival = cheaper(outcome)
-    if rival is None or _as_far(outcome, rival[0]):
+    if rival is None or _as_far(outcome, rival[0]) or (outcome.best.ids and rival[1] < RARER):
         return None
     best, other = own_colours(setting, outcome.judge, (outcome.best, rival[0]))
     count = len(outcome.best.ids)

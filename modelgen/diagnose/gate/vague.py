@@ -1,5 +1,5 @@
-"""A further effect that may be almost anything is not claimed: where models stay far from the recordings,
-whatever bends takes a part of the rest."""
+"""A further effect that may be almost anything is not claimed (where models stay far from the recordings,
+whatever bends takes a part of the rest), nor one that is seldom there when it is named so."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from modelgen.diagnose.search.swap import parts
 
 FAMILIES = 4
 """Families of physics that a further effect may be one of, and still be told."""
+SELDOM = 0.2
+"""Probability below which one is only noted, where the rest leaves little: a third one, mostly."""
 
 
 def told(
@@ -25,15 +27,26 @@ def told(
     kept = list(standing)
     for s in standing[:0:-1]:
         names = (s.addition.id, *s.equivalents)
-        if len({families.get(i, i) for i in names}) <= FAMILIES:
+        any_ = len({families.get(i, i) for i in names}) > FAMILIES
+        seldom = outcome.judge.temper == 1.0 and s.probability < SELDOM
+        if not any_ and not seldom:
             continue
         kept.remove(s)
-        rest = outcome.best.hypothesis.key - {s.addition.key}
-        less = next(f for f in parts(setting, outcome.judge, outcome.best) if f.hypothesis.key == rest)
-        share = 1 - misfit(outcome.best) / misfit(less)
-        notes += (
-            f"one more effect would take away {share:.0%} of what is left: any of {', '.join(names)}. "
-            "Not told apart, so none is claimed",
+        outcome, share = _without(setting, outcome, s)
+        what = (
+            f"any of {', '.join(names)}. Not told apart, so none is claimed"
+            if any_
+            else f"{s.addition.id}, which at {s.probability:.0%} is not claimed"
         )
-        outcome = replace(outcome, best=less)
+        notes += (f"one more effect would take away {share:.0%} of what is left: {what}",)
     return outcome, tuple(kept), notes
+
+
+def _without(setting: Setting, outcome: Outcome, s: Standing) -> tuple[Outcome, float]:
+    """The outcome without one effect of its best hypothesis, and the share of what is left then that it takes
+    away."""
+    rest = outcome.best.hypothesis.key - {s.addition.key}
+    less = next(f for f in parts(setting, outcome.judge, outcome.best) if f.hypothesis.key == rest)
+    tried = [f for f in outcome.tried if f.hypothesis.key != rest]
+    share = 1 - misfit(outcome.best) / misfit(less)
+    return replace(outcome, best=less, tried=(less, *tried)), share

@@ -14,11 +14,11 @@ WORTH = 0.9
 """Where models stay far from the data, an effect must take away a tenth of the misfit to be named."""
 IMPERFECT = 0.01
 """Share of the evidence so far that a law of the right family leaves, a tenth off: no second effect."""
-INEXACT = (0.0, 0.05, 0.17)
+INEXACT = {"time": (0.0, 0.05, 0.17), "sweep": (0.0, 0.03, 0.1)}
 """Of all that is explained, in rms, beside none, one, and two effects: so much may be wrong with laws of the
 right kind, as other people's laws of the same physics differ from ours. In records of several simulators with
 other laws, what was less than this was mostly no second effect, what was more mostly one; a third one, which
-was named in eight of them, was there in none."""
+was named in eight of them, was there in none. Impedances have fewer laws, and less of them is wrong."""
 SEEN = 0.998
 """Where far more than noise is left, a further effect must be seen in the recordings as they are, and not
 only in what a filter of that rest leaves of them."""
@@ -45,7 +45,8 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     # with no more numbers, or another law, it mends no law that is nearly right, but is another account
     other = set(old.ids) <= set(new.ids) and not old.hypothesis.key <= new.hypothesis.key
     mends = new.parameters > old.parameters and not other
-    inexact = INEXACT[len(old.ids)] ** 2 * (misfit(base) - misfit(new)) if old.ids and mends else -np.inf
+    off = INEXACT["time" if s.model.is_time_model else "sweep"][len(old.ids)]
+    inexact = off**2 * (misfit(base) - misfit(new)) if old.ids and mends else -np.inf
     if judge.temper > 1.0:  # that something is missing is beyond doubt: the first effect is the best account
         seen = new.chi2 < WORTH * old.chi2 and misfit(old) - misfit(new) > inexact
         return seen and old.bic - new.bic > (alarm if old.ids else 0.0)

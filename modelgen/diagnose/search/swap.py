@@ -53,9 +53,11 @@ def swapped(
         if len(best.ids) > 1:
             _keep(found, _guided(judge, min(found.values(), key=lambda f: f.bic), found))
         stays = min(f.bic for f in found.values()) > best.bic - 1.0
-        if stays and (every or len(best.ids) != 2 or beyond_scatter(best) < BENT):
+        few = s.model.is_time_model or len(best.ids) != 2 or beyond_scatter(best) < BENT
+        if stays and (every or few):
             break
-        every = stays  # first orders tell little of what is far: before a pair that leaves much is kept, all
+        # first orders tell little of what is far: before a pair is kept that leaves much of a sweep, all
+        every = stays
     return list(found.values())
 
 
