@@ -25,6 +25,7 @@ from modelgen.diagnose.noise.between import smoothly_driven
 from modelgen.diagnose.noise.floor import no_finer_than_rounded, parted, slanted
 from modelgen.diagnose.noise.frame import framed
 from modelgen.diagnose.noise.glitches import bursts, by_chance, laid_open, rather
+from modelgen.diagnose.noise.history import unrested
 from modelgen.diagnose.noise.noise import marked, masked, outliers_of
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.diagnose.noise.staircase import rounded
@@ -111,16 +112,21 @@ def _diagnosed(
 
 
 def _prepared(model: Model, case: Case, seed: int) -> tuple[Case, Ground, tuple[str, ...]]:
-    """The case with inputs that ran as the base says they did between their samples, its ground, and a note
-    where they ran smoothly."""
-    ground = prepare(model, case, seed)
-    smooth = smoothly_driven(model, case, ground.base, ground.judge)
-    if smooth is None:
-        return case, ground, ()
-    return smooth, prepare(model, smooth, seed), (SMOOTH,)
+    """The case with inputs that ran as the base says they did between their samples, and with a past of its
+    memory; its ground, and a note where they ran smoothly or the sample had not rested."""
+    ground, notes = prepare(model, case, seed), []
+    for ask, note in ((smoothly_driven, SMOOTH), (unrested, UNRESTED)):
+        other = ask(model, case, ground.base, ground.judge)
+        if other is not None:
+            case, ground = other, prepare(model, other, seed)
+            notes.append(note)
+    return case, ground, tuple(notes)
 
 
 SMOOTH = "inputs ran smoothly between their samples: with straight lines the base fits far worse"
+UNRESTED = (
+    "the sample had not rested before the records: what its memory begins with is fitted, in each its own"
+)
 
 
 def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> Ground:

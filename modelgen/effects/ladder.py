@@ -88,6 +88,9 @@ class Ladder:
     step: float = STEP
     before: tuple[Parameter, Parameter] | None = None
     """How the sample moved and where it rested before the record (`past`); none: at `rest`."""
+    feet: tuple[Parameter, ...] = ()
+    """Or how far from `rest` the feet are when it begins, at rates that are as far apart as these are; the
+    others between them."""
 
     @property
     def rate(self) -> Parameter:
@@ -153,7 +156,7 @@ class Ladder:
         first = first_motion(self.model, at) if before else None
         arms = [self._arm(i, first) for i in range(self.count)]
         term = Equation(f"{self.id}_F", force, self.model[at.equation].unit, text=text)
-        model = self.model.with_parameters(self.rate, self.rest, *before)
+        model = self.model.with_parameters(self.rate, self.rest, *before, *self.feet)
         return model.extend(
             at.equation, lambda F: F + term, statements=(*arms, term), text=f"with the {text}"
         )
@@ -162,4 +165,8 @@ class Ladder:
         rate, foot = self.rate * number_exp(self.step * i), None
         if first is not None and self.before is not None:
             foot = first_foot(first, rate, self.rest, self.before)
+        elif self.feet:
+            k, part = divmod(i * (len(self.feet) - 1) / (self.count - 1), 1)
+            near = self.feet[int(k) : int(k) + 2]
+            foot = self.rest + sum(w * x for w, x in zip((1 - part, part), near, strict=False) if w)
         return replace(arm(f"{self.id}_z{i}", rate, self.port, self.rest, foot), ref=f"arm {i}")

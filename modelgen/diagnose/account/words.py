@@ -28,7 +28,8 @@ def bound_note(setting: Setting, base: Fit) -> tuple[str, ...]:
     held = []
     for p, value in zip(base.hypothesis.experiment.layout.parameters, base.theta, strict=True):
         ends = setting.case.bounds.get(p.name.split("[")[0])
-        if ends is not None and np.min(np.abs(value - np.array(ends))) <= 1e-6 * (ends[1] - ends[0]):
+        width = np.inf if ends is None else ends[1] - ends[0]
+        if ends is not None and np.min(np.abs(value - np.array(ends))) <= 1e-6 * min(width, np.abs(value)):
             held.append(f"{p.name} lies on its bound of {value:.4g}")
     return (f"{', '.join(held)}: what seems left out may be what this forbids",) if held else ()
 

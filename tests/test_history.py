@@ -1,0 +1,45 @@
+"""Samples that had not rested before they were recorded: what a memory begins with is no physics left out."""
+
+import numpy as np
+import pytest
+from scipy.special import gamma
+
+from modelgen.diagnose import diagnose
+from modelgen.models import load
+from modelgen.recordings import Case, Recording
+
+STEP, ALPHA = 0.02, 0.3
+
+
+def springpot(z: np.ndarray) -> np.ndarray:
+    """D^α of z, at rest at 0 before: the L1 scheme (K. B. Oldham, J. Spanier, The Fractional Calculus (1974),
+    sec. 8.2)."""
+    k = np.arange(len(z), dtype=float)
+    weights = (k + 1) ** (1 - ALPHA) - k ** (1 - ALPHA)
+    return np.convolve(np.diff(z, prepend=0.0), weights)[: len(z)] / (STEP**ALPHA * gamma(2 - ALPHA))
+
+
+def record(name: str, role: str, seed: int, before: int, noise: float = 0.01) -> Recording:
+    """A slow random motion of a spring and a springpot, of which the first `before` samples are not kept."""
+    rng = np.random.default_rng(seed)
+    t = STEP * np.arange(before + 1000)
+    waves = zip(rng.uniform(0.1, 3.0, 8), rng.uniform(0, 6.3, 8), rng.uniform(0.2, 1.0, 8), strict=True)
+    z = 1.5 + sum(size * np.sin(w * t + at) for w, at, size in waves)
+    z = z * (1 - np.exp(-((t / 0.5) ** 2)))
+    force = 0.5 * z + 0.8 * springpot(z) + noise * rng.standard_normal(len(t))
+    return Recording(name, None, role, {"t": t[:1000], "z": z[before:]}, {"F": force[before:]})
+
+
+@pytest.mark.parametrize("before", [40, 1500])
+def test_what_a_sample_had_been_through_is_no_physics(before: int) -> None:
+    records = (record("a", "fit", 1, before), record("b", "fit", 2, before))
+    found = diagnose(Case(None, "fractional_kelvin_voigt", records), load("fractional_kelvin_voigt"))
+    assert found.adequate
+    assert any("had not rested" in n for n in found.notes)
+    assert found.after.fit_over_noise < 1.1
+
+
+def test_a_sample_that_had_rested_has_no_past() -> None:
+    whole = record("a", "fit", 3, 0)
+    found = diagnose(Case(None, "fractional_kelvin_voigt", (whole,)), load("fractional_kelvin_voigt"))
+    assert found.adequate and not any("had not rested" in n for n in found.notes)
