@@ -18,12 +18,12 @@ NO_PAGE = (".pdf", ".png", ".svg", ".jpg", ".jpeg", ".md", ".docx", ".json", ".c
 PLAIN_WIDTH = 120  # where there is no terminal, so that a table in a file or a pipe is whole
 
 
-def console() -> Console:
-    """Prints to standard output."""
+def console(plain: int = PLAIN_WIDTH) -> Console:
+    """Prints to standard output; as wide as `plain` where that is no terminal."""
     from rich.console import Console
 
     found = Console(highlight=False, markup=False)
-    return found if found.is_terminal else Console(highlight=False, markup=False, width=PLAIN_WIDTH)
+    return found if found.is_terminal else Console(highlight=False, markup=False, width=plain)
 
 
 def note(texts: Iterable[str]) -> None:

@@ -7,10 +7,13 @@ from modelgen.effects import CATALOGUE, family
 from modelgen.models import SHIPPED, load
 from modelgen.report.table import table
 
+ONE_LINE = 1000
+"""Width at which each row is one line, to be searched in where no one reads it on a terminal."""
+
 
 def show_all() -> None:
     """The models that ship, and the effects of the catalogue with the ports that they fit."""
-    to = console()
+    to = console(ONE_LINE)
     models = table("model", "inputs → outputs", "source", "what it is")
     for id in SHIPPED:
         m = load(id)
