@@ -23,7 +23,7 @@ from modelgen.diagnose.gate.likeliest_path import kept_along_path
 from modelgen.diagnose.gate.rather import rather_described
 from modelgen.diagnose.gate.rivals import by_odd_noise
 from modelgen.diagnose.gate.unlisted import is_unlisted, named_rather, with_rivals
-from modelgen.diagnose.gate.vague import told
+from modelgen.diagnose.gate.vague import likely, told
 from modelgen.diagnose.hypotheses.averaged import averaged, parameters
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.moderate import moderated
@@ -116,6 +116,7 @@ def _decide(
     if not vague:
         outcome = fairly_priced(setting, outcome, exempt=is_unlisted)
         standing = standings(outcome)
+        outcome, standing, vague = likely(setting, outcome, standing)
     standing = _as_far_as_it_reaches(outcome, gate, standing)
     return Decision(setting, outcome, gate, moderated(outcome.judge, outcome.best), standing, vague)
 

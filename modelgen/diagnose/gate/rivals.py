@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from modelgen.diagnose.gate.leftover import Leftover
-from modelgen.diagnose.gate.unlisted import cheaper
-from modelgen.diagnose.hypotheses.ranking import WRONG
+from modelgen.diagnose.gate.unlisted import cheaper, is_unlisted
+from modelgen.diagnose.hypotheses.open_shapes import fairly_priced
+from modelgen.diagnose.hypotheses.ranking import WRONG, standings
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Outcome, Setting
 from modelgen.diagnose.noise.recolour import own_colours
@@ -13,16 +14,21 @@ LEFT = 20.0
 """ΔBIC that a description without a catalogue must gain before the rest counts as physics."""
 
 
-RARER = 4.0
-"""ΔBIC that it must be ahead of named effects: physics of a catalogue is about five times as common."""
+RARER, LIKELIER = 4.0, 0.5
+"""ΔBIC that it must be ahead of named effects whose probability is more than this, beside it: physics of a
+catalogue is about five times as common."""
 
 
 def outdone(setting: Setting, outcome: Outcome) -> tuple[Fit, float] | None:
     """What no catalogue holds but explains more than the named effects, coloured noise of its own beside
     each: that has peaks, too. Each further effect has to gain as much as to be claimed."""
     rival = cheaper(outcome)
-    if rival is None or _as_far(outcome, rival[0]) or (outcome.best.ids and rival[1] < RARER):
+    if rival is None or _as_far(outcome, rival[0]):
         return None
+    if outcome.best.ids and rival[1] < RARER:
+        fair = fairly_priced(setting, outcome, exempt=is_unlisted)
+        if standings(fair)[0].probability > LIKELIER:
+            return None
     best, other = own_colours(setting, outcome.judge, (outcome.best, rival[0]))
     count = len(outcome.best.ids)
     return rival if best - other > (ALARM * (1 - count) if count else CLOSE) else None

@@ -14,7 +14,7 @@ from modelgen.diagnose.search.swap import parts
 FAMILIES = 4
 """Families of physics that a further effect may be one of, and still be told."""
 SELDOM = 0.2
-"""Probability below which one is only noted, where the rest leaves little: a third one, mostly."""
+"""Probability below which a third one is only noted, where the rest leaves little."""
 
 
 def told(
@@ -27,19 +27,30 @@ def told(
     kept = list(standing)
     for s in standing[:0:-1]:
         names = (s.addition.id, *s.equivalents)
-        any_ = len({families.get(i, i) for i in names}) > FAMILIES
-        seldom = outcome.judge.temper == 1.0 and s.probability < SELDOM
-        if not any_ and not seldom:
+        if len({families.get(i, i) for i in names}) <= FAMILIES:
             continue
         kept.remove(s)
         outcome, share = _without(setting, outcome, s)
-        what = (
-            f"any of {', '.join(names)}. Not told apart, so none is claimed"
-            if any_
-            else f"{s.addition.id}, which at {s.probability:.0%} is not claimed"
+        notes += (
+            f"one more effect would take away {share:.0%} of what is left: any of {', '.join(names)}. "
+            "Not told apart, so none is claimed",
         )
-        notes += (f"one more effect would take away {share:.0%} of what is left: {what}",)
     return outcome, tuple(kept), notes
+
+
+def likely(
+    setting: Setting, outcome: Outcome, standing: tuple[Standing, ...]
+) -> tuple[Outcome, tuple[Standing, ...], tuple[str, ...]]:
+    """Outcome and standings without a third effect that is seldom there when it is named so, and a note."""
+    last = standing[-1] if standing else None
+    if last is None or len(standing) < 3 or outcome.judge.temper > 1.0 or last.probability >= SELDOM:
+        return outcome, standing, ()
+    outcome, share = _without(setting, outcome, last)
+    note = (
+        f"one more effect would take away {share:.0%} of what is left: {last.addition.id}, which at "
+        f"{last.probability:.0%} is not claimed"
+    )
+    return outcome, standing[:-1], (note,)
 
 
 def _without(setting: Setting, outcome: Outcome, s: Standing) -> tuple[Outcome, float]:
