@@ -237,6 +237,12 @@ def _extended(model: Model, added: tuple[Addition, ...]) -> Model:
     return added[-1].extend(_extended(model, added[:-1])) if added else model
 
 
+def _chained(added: tuple[Addition, ...]) -> tuple[Addition, ...]:
+    """The effects in an order in which what the recording chain does to a device's terminals acts on all
+    else."""
+    return tuple(sorted(added, key=lambda a: "sensor" in a.effect.kinds and a.port.kind == "terminals"))
+
+
 def make_hypotheses(
     model: Model, case: Case, series: Sequence[Series], sets: Sequence[tuple[Addition, ...]]
 ) -> list[Hypothesis]:
@@ -248,7 +254,7 @@ def make_hypotheses(
         if any(a.id in b.effect.instead for a in added for b in added):
             continue
         try:
-            extended = _extended(model, added)
+            extended = _extended(model, _chained(added))
             own_case, own_series = _of_their_own(added, case, series)
             layout = make_layout(extended, own_case, own_series)
         except InputError:
