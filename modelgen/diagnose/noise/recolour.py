@@ -11,7 +11,7 @@ import numpy as np
 from modelgen.diagnose.hypotheses.evidence import bic, effective, settled
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, moving, plain_white, refine
 from modelgen.diagnose.hypotheses.setting import Setting
-from modelgen.diagnose.noise.noise import correlation_length, first_order, fitful, local_level, scatter
+from modelgen.diagnose.noise.noise import FITS, correlation_length, first_order, fitful, local_level, scatter
 from modelgen.diagnose.noise.one_instrument import colours
 from modelgen.diagnose.noise.smooth_error import SIZES, quietness, smooth_error
 from modelgen.fit.series import Array
@@ -43,7 +43,8 @@ def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judg
     new, base_then, then = judged_anew(s, replace(judge, whiteners=filters, temper=1.0), base, fits)
     led = min([base_then, *then], key=lambda f: f.bic)
     if s.model.is_time_model and _size(led) > max(SPOILT * _size(best), 1.0):
-        return _uncoloured(s, judge, best, base, fits)
+        within = all(x.stated for x in s.series) and _size(base) < FITS
+        return (judge, base, fits) if within else _uncoloured(s, judge, best, base, fits)
     return new, base_then, then
 
 
