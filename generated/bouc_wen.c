@@ -113,7 +113,8 @@ static inline double mg_bouc_wen_step(const double q, const double x, const doub
             const double pole = n * (1.0 - mg_bouc_wen_node[i]);
             most += mg_bouc_wen_weight[i] * ((pole - rate) / (rate * pole));
         }
-        s = fmax(s, n * (way - most));
+        const double least = n * (way - most);
+        s = (least > s) ? least : s;
     }
     for (int k = 0; k < 50; ++k) {
         const double end = -expm1(-s);

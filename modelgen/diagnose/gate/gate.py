@@ -14,7 +14,7 @@ from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import gained_beside
 from modelgen.diagnose.gate.meter import distorted
 from modelgen.diagnose.gate.oddities import lone
-from modelgen.diagnose.gate.rivals import LEFT, as_leftover, outdone
+from modelgen.diagnose.gate.rivals import LEFT, as_leftover, nearer, outdone
 from modelgen.diagnose.gate.unlisted import best_unlisted, refused, with_rivals
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE, standings
 from modelgen.diagnose.hypotheses.refit import Fit, plain_white
@@ -92,7 +92,10 @@ def judge_adequacy(
         setting, outcome, sensitivities, explained
     )
     if not unknown and best.hypothesis.added and (part := reach(before, after, floor)) < 1.0:
-        unknown = part * max(x.kin for x in standings(outcome)) < LIKELY
+        named = standings(outcome)
+        unknown = part * max(x.kin for x in named) < LIKELY
+        doubtful = part * max(x.probability for x in named) < LIKELY
+        unknown = unknown or (doubtful and nearer(setting, outcome, left))
     whole = _wholly_described(setting, outcome, sensitivities, floor, unknown)
     if whole is not None:
         unknown, left = True, whole

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from modelgen.diagnose.gate.describe import described
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.unlisted import cheaper, is_unlisted
 from modelgen.diagnose.hypotheses.open_shapes import fairly_priced
@@ -39,6 +40,13 @@ def _as_far(outcome: Outcome, rival: Fit) -> bool:
     account for."""
     named = outcome.judge.temper > 1.0 and bool(outcome.best.ids)
     return named and outcome.best.chi2 < WRONG**2 * rival.chi2
+
+
+def nearer(setting: Setting, outcome: Outcome, left: Leftover) -> bool:
+    """Whether terms that describe what the best hypothesis leaves are far nearer to the recordings than it
+    is."""
+    terms = described(setting, outcome, left)
+    return terms is not None and WRONG**2 * terms.chi2 < outcome.best.chi2
 
 
 def by_odd_noise(setting: Setting, outcome: Outcome) -> bool:
