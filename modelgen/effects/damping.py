@@ -96,18 +96,7 @@ power_law_damping = Effect(
     "Handbook (2007)",
     (Strength("c_n", "{port}", text="force at unit speed"),),
     _power_law_damping,
-    (
-        Shape(
-            "n",
-            "1",
-            "1",
-            0.25,
-            0.9,
-            4,
-            log=False,
-            text="exponent; 1: a linear dashpot, 0: dry friction",
-        ),
-    ),
+    (Shape("n", "1", "1", 0.25, 0.9, 4, log=False, text="exponent; 1: a linear dashpot, 0: friction"),),
     needs=("v",),
     common=0.5,
 )

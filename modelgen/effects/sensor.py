@@ -87,11 +87,7 @@ sensor_creep = Effect(
     "the load cell creeps: under a load its reading goes on for a while, as its spring or its glue gives",
     "K. Hoffmann, An Introduction to Stress Analysis and Transducer Design using Strain Gauges (1989), "
     "sec. 3.3: creep of measuring springs and gauges",
-    (
-        Strength(
-            "c", "1", bounds=(0.0, 0.3), text="what is added in the long run, over what is shown at once"
-        ),
-    ),
+    (Strength("c", "1", bounds=(0.0, 0.3), text="what is added in the long run, over what is shown"),),
     _creeping,
     (Shape("tau", "s", "time", 3.0, 0.3, 4, text="time in which it is added"),),
     needs=("t", "t_prev"),

@@ -37,10 +37,7 @@ arms = Ladder("springpot", unit_omega(spring), force, count=18, step=1.2, feet=f
 whole = arms.add(C * arms.power_law(alpha), "force of the springpot")
 fractional_kelvin_voigt = replace(
     whole.with_parameters(
-        *(
-            replace(whole.parameter(n), source=SOURCE)
-            for n in ("unit_omega", "springpot_s_0", "z_rest", *(p.name for p in feet))
-        )
+        *(replace(whole.parameter(n), source=SOURCE) for n in ("unit_omega", "springpot_s_0", "z_rest"))
     ),
     text="spring and springpot, force from displacement",
 )
