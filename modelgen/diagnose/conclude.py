@@ -238,15 +238,22 @@ def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str:
     return f"no recording of this menu would tell them apart: {same} are the same function of what was varied"
 
 
+SHOWN, BEYOND = 40, 10
+"""Hypotheses that a verdict lists, with no more effects than it names and with more."""
+
+
 def _trials(outcome: Outcome) -> tuple[Trial, ...]:
-    fits = sorted(outcome.tried, key=lambda f: f.bic)[:40]
-    if not fits:
-        return ()
+    """The best of what was tried, each set of effects once."""
+    first: dict[frozenset[str], Fit] = {}
+    for f in sorted(outcome.tried, key=lambda f: f.bic):
+        first.setdefault(frozenset(f.ids), f)
     count = max(len(outcome.best.ids), 1)
-    equals = [f for f in fits if len(f.ids) == count]  # to be claimed, one effect more must gain far more
+    few = [f for f in first.values() if len(f.ids) <= count][:SHOWN]
+    more = [f for f in first.values() if len(f.ids) > count][:BEYOND]
+    equals = [f for f in few if len(f.ids) == count]  # to be claimed, one effect more must gain far more
     odds = dict(zip(map(id, equals), weights(equals), strict=True)) if equals else {}
     return tuple(
         Trial(f.ids, " + ".join(a.family for a in f.hypothesis.added), f.bic - outcome.base.bic, f.parameters,
               float(np.sqrt(f.chi2 / effective(f.white))), float(odds.get(id(f), np.nan)))
-        for f in fits
+        for f in (*few, *more)
     )  # fmt: skip

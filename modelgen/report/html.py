@@ -166,17 +166,23 @@ def _lack(verdict: Verdict, units: Mapping[str, str]) -> dict[str, Any] | None:
 
 
 def _hypotheses(verdict: Verdict) -> list[dict[str, Any]]:
-    """Hypotheses, best first, with the length of their bar in percent and what may be said of them."""
-    trials = sorted(verdict.trials, key=lambda t: t.delta_bic if math.isfinite(t.delta_bic) else math.inf)
-    best = max((-t.delta_bic for t in trials if math.isfinite(t.delta_bic)), default=0.0)
+    """Hypotheses with no more effects than the verdict names, best first, then those with more; with the
+    length of their bar in percent and what may be said of them."""
     chosen = {e.id for e in verdict.effects}
+    count = max(len(chosen), 1)
+    trials = sorted(
+        (t for t in verdict.trials if math.isfinite(t.delta_bic)),
+        key=lambda t: (len(t.ids) > count, t.delta_bic),
+    )
+    longest = max((-t.delta_bic for t in trials), default=0.0)
+    best = min((t.delta_bic for t in trials if len(t.ids) <= count), default=0.0)
     return [
         {
             "trial": t,
-            "bar": 100 * max(-t.delta_bic / best, 0.0) if best > 0 and math.isfinite(t.delta_bic) else 0.0,
+            "bar": 100 * max(-t.delta_bic / longest, 0.0) if longest > 0 else 0.0,
             "chosen": bool(chosen) and set(t.ids) == chosen,
-            "stands": bool(chosen) and best + t.delta_bic < NOT_EXCLUDED,
-            "behind": best + t.delta_bic,
+            "stands": bool(chosen) and len(t.ids) <= count and t.delta_bic - best < NOT_EXCLUDED,
+            "more": len(t.ids) > count,
         }
         for t in trials
     ]
@@ -186,7 +192,7 @@ def _parameters(verdict: Verdict) -> list[dict[str, Any]]:
     """Parameters before and after; `shift` is in standard deviations of the better fit."""
     before = {e.name: e for e in verdict.parameters_before}
     after = {e.name: e for e in verdict.parameters}
-    own = {p.name for e in verdict.effects for p in e.parameters}
+    own = {f"{e.id}_{p.name}" for e in verdict.effects for p in e.parameters}
     names = [n for n in before if n not in own] + [n for n in after if n not in before and n not in own]
     return [_change(n, before.get(n), after.get(n)) for n in names]
 
