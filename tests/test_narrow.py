@@ -5,9 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from coils import HEAD, verdict
+from coils import HEAD, verdict, write_sweep
 from scipy.optimize import brentq
 
+import modelgen as mg
+from modelgen.diagnose import diagnose
 from modelgen.diagnose.noise.glitches import by_chance
 
 SHARE, MASS = 0.3, 0.013
@@ -36,3 +38,36 @@ def test_what_stands_at_one_frequency_in_every_sweep_is_no_glitch() -> None:
     kept = by_chance(f, marks)
     assert [np.flatnonzero(m).tolist() for m in kept] == [[3, 40], [40], []]
     assert [m.tolist() for m in by_chance(f[:2], marks[:2])] == [m.tolist() for m in marks[:2]]
+
+
+TWO = """
+model = "electrodynamic_transducer"
+[noise]
+Z_relative = 1e-3
+[[recording]]
+file = "light.csv"
+constants = { M_m = 0.0121 }
+[[recording]]
+file = "heavy.csv"
+constants = { M_m = 0.0181 }
+"""
+
+
+def test_glitches_side_by_side_in_one_of_two_sweeps_are_no_physics(tmp_path: Path) -> None:
+    """They are as large as what effects at a steep flank would make, which the other sweep shows nothing
+    of."""
+    rng = np.random.default_rng(7)
+    f = np.geomspace(20, 5e3, 201)
+    for file, mass in (("light.csv", 0.0121), ("heavy.csv", 0.0181)):
+        s = 2j * np.pi * f
+        Z = 6 + 3e-4 * s + 36 / (0.4 + mass * s + 2.5e3 / s)
+        Z *= 1 + 1e-3 * (rng.standard_normal(f.size) + 1j * rng.standard_normal(f.size))
+        if file == "light.csv":
+            at = np.argmin(np.abs(f - 78.0))
+            Z[at : at + 2] *= 1.02
+        write_sweep(tmp_path / file, f, Z)
+    (tmp_path / "case.toml").write_text(TWO)
+    model, case = mg.open_case(tmp_path / "case.toml")
+    found = diagnose(case, model)
+    assert found.adequate
+    assert any("outlier" in n for n in found.notes)

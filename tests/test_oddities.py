@@ -9,7 +9,8 @@ import pytest
 from scipy.signal import lfilter
 
 from modelgen.diagnose.gate.hum import hum
-from modelgen.diagnose.gate.oddities import lone, mains, saturation
+from modelgen.diagnose.gate.narrow import lone
+from modelgen.diagnose.gate.oddities import mains, saturation
 from modelgen.fit.series import Series
 from modelgen.fit.whitener import Whitener
 

@@ -16,6 +16,7 @@ from modelgen.diagnose.gate.exact import exact
 from modelgen.diagnose.gate.hum import hum
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.mirrored import mirrored, opposed
+from modelgen.diagnose.gate.narrow import glitch
 from modelgen.diagnose.gate.oddities import mains, saturation
 from modelgen.diagnose.hypotheses.hypothesis import additions, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
@@ -280,6 +281,9 @@ def _searched(
     outcome = search(setting, ground.base, ground.judge, progress)
     few = not model.is_time_model  # of the samples over time a few more or less say little
     seen = laid_open(outcome.base, outcome.best, ground.bare, ground.marks) if few else None
+    alone = glitch(outcome) if few and seen is None else None
+    if alone is not None:
+        seen = [a | b for a, b in zip(alone, ground.marks, strict=True)]
     if seen is None:
         return ground, setting, outcome
     again = prepare(model, case, seed, seen)

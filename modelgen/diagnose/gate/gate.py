@@ -13,13 +13,13 @@ from modelgen.diagnose.gate.generic import leftover
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import gained_beside
 from modelgen.diagnose.gate.meter import distorted
-from modelgen.diagnose.gate.oddities import lone
+from modelgen.diagnose.gate.narrow import narrow
 from modelgen.diagnose.gate.rivals import LEFT, as_leftover, nearer, outdone
 from modelgen.diagnose.gate.unlisted import best_unlisted, refused, with_rivals
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE, standings
 from modelgen.diagnose.hypotheses.refit import Fit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting
-from modelgen.diagnose.noise.noise import FITS, first_order, fitful, modelled_output, scatter, standing_alone
+from modelgen.diagnose.noise.noise import FITS, first_order, fitful, scatter
 from modelgen.diagnose.noise.recolour import CONTENDERS, GROSS_ESTIMATED, beyond
 from modelgen.diagnose.search.claim import own_gain
 from modelgen.fit.series import Array
@@ -100,7 +100,7 @@ def judge_adequacy(
     if whole is not None:
         unknown, left = True, whole
     rival = None if whole is not None else outdone(setting, outcome)
-    other = None if unknown else _imitated(setting, outcome, sensitivities) or _line(outcome)
+    other = None if unknown else _imitated(setting, outcome, sensitivities) or narrow(outcome)
     notes: tuple[str, ...] = ()
     if other is None and oddity is not None and not unknown:
         if best.hypothesis.added:
@@ -251,28 +251,6 @@ def _far_notes(
         return ()
     names = " and ".join(outcome.best.ids)
     return (f"the best that the catalogue has, {names}, explains {explained:.0%} of the misfit",)
-
-
-def _line(outcome: Outcome) -> Leftover | None:
-    """What is claimed from sweeps, when it stands on a few frequencies alone."""
-    best = outcome.best
-    e = best.hypothesis.experiment
-    if e.model.is_time_model or not best.hypothesis.added or any(s.measure == "real" for s in e.series):
-        return None
-    f = [s.inputs[e.model.axis] for s in e.series]
-    own = [standing_alone(modelled_output(e, best.theta, k)) for k in range(len(e.series))]
-    found = lone(f, outcome.base.white, best.white, own, best.hypothesis.added[0].port.name)
-    return None if found is None or _elsewhere(outcome, found[1]) else found[0]
-
-
-def _elsewhere(outcome: Outcome, line: Sequence[Array]) -> bool:
-    """Whether the claim stands without the samples of a line, by which the base is bent no more."""
-    masks = [np.where(m, 0.0, 1.0) for m in line]
-    whiteners = tuple(w.masked(m) for w, m in zip(outcome.judge.whiteners, masks, strict=True))
-    judge, base, best = replace(outcome.judge, whiteners=whiteners), outcome.base, outcome.best
-    starts = [base.theta, best.hypothesis.values_of(best.theta, base.hypothesis)]
-    gained = judge.fit(base.hypothesis, starts).bic - judge.fit(best.hypothesis, [best.theta]).bic
-    return gained > LEFT
 
 
 def _floor(after: float, scatter: float, count: int, stated: bool, far: bool) -> float:

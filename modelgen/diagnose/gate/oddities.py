@@ -23,10 +23,6 @@ NOISE = 1.5
 """Standard deviations of the noise that values of a plateau have at most: more is no single value."""
 MANY, DENSE = 12, 4.0
 """Samples that make a plateau without any outlier, and how many times those in the band below it."""
-LONE = 3
-"""Frequencies too few to carry a claim."""
-BROAD = 0.2
-"""Share of the evidence that must be found elsewhere."""
 TOP = 0.01
 """Share of a record that is its top."""
 BESIDE = 3
@@ -117,32 +113,6 @@ def mains(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftov
         says = f"lines at {where} Hz and nothing beside them: mains of {base:.0f} Hz, picked up on the way"
         return Leftover(size, size, port, says), marks
     return None, [np.zeros(len(x), dtype=bool) for x in f]
-
-
-def lone(
-    f: Sequence[Array], before: Sequence[Array], after: Sequence[Array], own: Sequence[Array], port: str
-) -> tuple[Leftover, list[Array]] | None:
-    """Evidence that stands on LONE frequencies of sweeps, a line narrower than the samples can resolve; and
-    in each sweep the samples there, (n,) bool.
-
-    before, after: (channels, n) whitened residuals without and with what is claimed. own: (n,) how far the
-    model itself stands off its neighbours: where its own narrow resonance is shifted, so much is no line.
-    """
-    all_f = np.concatenate(f)
-    gain = np.concatenate([np.sum(b**2 - a**2, axis=0) for b, a in zip(before, after, strict=True)])
-    if all_f.size < 10 * LONE:
-        return None
-    places, which = np.unique(np.round(np.log(all_f), 4), return_inverse=True)
-    at = np.bincount(which, gain, len(places))
-    top = np.argsort(at)[::-1][:LONE]
-    total = float(np.sum(at))
-    if total < 2 * LOUD or total - float(np.sum(at[top])) > BROAD * total:
-        return None  # faint, or wide
-    if at[top[0]] < np.bincount(which, np.concatenate(own) ** 2, len(places))[top[0]]:
-        return None
-    says = f"something at {np.exp(places[top[0]]):.4g} Hz that is narrower than the samples can resolve"
-    hit = np.isin(which, top)
-    return Leftover(total, total, port, says), np.split(hit, np.cumsum([len(x) for x in f])[:-1])
 
 
 def _on_lines(f: Array, power: Array, base: float) -> dict[int, Array]:

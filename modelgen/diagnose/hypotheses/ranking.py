@@ -54,7 +54,8 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
     """The effects of the best fit, the one that explains most first, each with its rivals.
 
     Rivals of an effect are the tried hypotheses that differ from the best one in this effect alone; its
-    equivalents are also of those that say it with more effects, or fewer.
+    equivalents are also of those that say it with more effects, or fewer. A rival counts as no better than
+    the best: where coloured noise alone makes its evidence greater, it was refused for that.
     """
     best = outcome.best
     others = _elsewise(outcome)
@@ -68,7 +69,7 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
         ]
         if not any(f.hypothesis is best.hypothesis for f in rivals):
             rivals.append(best)
-        odds = weights(rivals)
+        odds = weights([f if f.bic > best.bic else replace(f, bic=best.bic) for f in rivals])
         w = np.maximum(odds, [_likelihood(outcome, f) * _as_wrong(outcome, f) for f in rivals])
         w /= w.sum()
         by_id: dict[str, float] = {}
