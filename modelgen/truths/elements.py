@@ -20,10 +20,10 @@ def springpot(w: Array, alpha: float, w0: float) -> Complex:
     """
     step, reach = 0.45, 25.0
     u = np.arange(-reach / alpha, reach / (1 - alpha), step)
-    rate = np.exp(u)
-    weight = np.sin(np.pi * alpha) / np.pi * step * np.exp(alpha * u)
+    above, below = np.maximum(u, 0), np.minimum(u, 0)  # either part alone stays finite
+    weight = np.sin(np.pi * alpha) / np.pi * step * np.exp(alpha * u - above)
     x = 1j * w / w0
-    return np.asarray([(weight * (xi / (xi + rate))).sum() for xi in x])
+    return np.asarray([(weight * (xi / (xi * np.exp(-above) + np.exp(below)))).sum() for xi in x])
 
 
 def cole_cole(w: Array, tau: float, a: float) -> Complex:
