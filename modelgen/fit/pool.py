@@ -7,8 +7,11 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import pairwise
+from threading import current_thread
 from typing import TypeVar
 
+POOL = "modelgen"
+"""Beginning of the names of its threads."""
 Part = TypeVar("Part")
 Result = TypeVar("Result")
 
@@ -20,12 +23,15 @@ def cores() -> int:
 
 @cache
 def _pool(threads: int) -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(threads, thread_name_prefix="modelgen")
+    return ThreadPoolExecutor(threads, thread_name_prefix=POOL)
 
 
 def share(task: Callable[[Part], Result], parts: Sequence[Part], threads: int | None = None) -> list[Result]:
-    """`task` of each part, in order, on `threads` cores (all by default), whose number changes no result."""
-    threads = min(threads or cores(), len(parts))
+    """`task` of each part, in order, on `threads` cores (all by default), whose number changes no result.
+
+    A task that shares its own work does it alone: the cores are taken.
+    """
+    threads = 1 if current_thread().name.startswith(POOL) else min(threads or cores(), len(parts))
     return [task(p) for p in parts] if threads < 2 else list(_pool(threads).map(task, parts))
 
 

@@ -110,7 +110,9 @@ class Columns:
         left, q, X = solve(log_rho)
         lost = self._force(left)
         # a record in which a clearance takes up all of the motion has no force to lose
-        r2 = 1 - float(np.mean([np.var(e) / max(np.var(f), 1e-300) for e, f in zip(lost, y, strict=False)]))
+        r2 = 1 - float(
+            np.mean([np.var(e) / max(float(np.var(f)), 1e-300) for e, f in zip(lost, y, strict=False)])
+        )
         return Refit(left, r2, self._bent(q, log_rho), self._std(q, X, log_rho))
 
     def _force(self, white: Array) -> list[Array]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import log
+from typing import TypeVar
 
 from modelgen.diagnose.hypotheses.hypothesis import Addition
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.fit.pool import share
 from modelgen.fit.series import Array, Series
 from modelgen.language import Model
 from modelgen.recordings import Case
@@ -25,6 +27,8 @@ CHEAP = 3000
 COLOUR_TIME, COLOUR_SWEEP = 12, 3
 """Greatest order of a noise's colour along time, and along a sweep's frequencies."""
 
+Part = TypeVar("Part")
+Result = TypeVar("Result")
 Progress = Callable[[float, str], None] | None
 
 
@@ -49,6 +53,11 @@ class Setting:
     def cheap(self) -> bool:
         """Whether any fit is."""
         return sum(x.n for x in self.series) <= CHEAP
+
+    def each(self, task: Callable[[Part], Result], parts: Sequence[Part]) -> list[Result]:
+        """`task` of each part, in order, on all cores where fits are dear: elsewhere Python's own work, which
+        knows but one at a time, is most of it."""
+        return share(task, parts, 1 if self.cheap else None)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from modelgen.diagnose.hypotheses.evidence import bic, effective, settled
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, moving, plain_white, refine
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, moving, plain_white
 from modelgen.diagnose.hypotheses.setting import Setting
 from modelgen.diagnose.noise.noise import FITS, correlation_length, first_order, fitful, local_level, scatter
 from modelgen.diagnose.noise.one_instrument import colours
@@ -67,7 +67,8 @@ def _uncoloured(
     """All as if what `best` leaves were a wrong model's, by which evidence is divided."""
     plain = tuple(replace(x.whitener, ar=None) for x in s.series)
     new = Judge(plain, judge.prior, correlation_length(plain_white(best)), judge.excess)
-    return new, new.look(base.hypothesis, base.theta), [new.look(f.hypothesis, f.theta) for f in fits]
+    first, *rest = s.each(lambda f: new.look(f.hypothesis, f.theta), [base, *fits])
+    return new, first, rest
 
 
 CONTENDERS = 4
@@ -94,9 +95,9 @@ def judged_anew(s: Setting, new: Judge, base: Fit, fits: Sequence[Fit]) -> tuple
     large.
     """
     ahead = (lambda f: f.bic) if s.model.is_time_model else partial(_ahead, new)
-    rough = sorted((new.look(f.hypothesis, f.theta) for f in fits), key=ahead)
-    fitted = refine(new, rough[: s.refits]) + rough[s.refits :]
-    return new, refine(new, [base])[0], fitted
+    rough = sorted(s.each(lambda f: new.look(f.hypothesis, f.theta), fits), key=ahead)
+    first = s.each(lambda f: new.fit(f.hypothesis, [f.theta]), [base, *rough[: s.refits]])
+    return new, first[0], first[1:] + rough[s.refits :]
 
 
 def _ahead(judge: Judge, f: Fit) -> float:

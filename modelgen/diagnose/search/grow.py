@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modelgen.diagnose.hypotheses.evidence import effective
-from modelgen.diagnose.hypotheses.hypothesis import Addition, make_hypotheses
+from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import ALARM, Setting
 from modelgen.diagnose.search.screen import Score, Tangent, score
+from modelgen.fit.series import Array
 
 SLACK = 1.5
 """A refit may gain this many times the evidence that the score promised at first order."""
@@ -38,15 +39,16 @@ def grow(
     made = make_hypotheses(
         s.model, s.case, s.series, [(*g.fit.hypothesis.added, g.addition) for g in chosen.values()]
     )
-    fits = []
-    for h in made:
+
+    def fitted(h: Hypothesis) -> Fit:
         g = chosen[h.key]
         starts = [h.place(g.fit.hypothesis, g.fit.theta, v) for v in g.values]
         if g.other is not None:
             own = dict(zip(g.fit.hypothesis.names, g.fit.theta, strict=True))
             starts.append(h.place(g.other.hypothesis, g.other.theta, _only(own, g.fit)))
-        fits.append(judge.fit(h, starts, worth=np.inf if s.cheap else _worth(g.fit, judge)))
-    return fits
+        return judge.fit(h, starts, worth=np.inf if s.cheap else _worth(g.fit, judge))
+
+    return s.each(fitted, made)
 
 
 def _worth(f: Fit, judge: Judge) -> float:
@@ -80,14 +82,16 @@ def _promising(
     for k, f in enumerate(beam):
         tangent = Tangent.of(*judge.tangent(f))
         inner = f.hypothesis.values_of(f.theta, base.hypothesis)
-        for x in scores:
-            if x.addition.id in f.ids:
-                continue
+
+        def scored(x: Score, first: bool = k == 0, inner: Array = inner, tangent: Tangent = tangent) -> Score:
             # what the base's residual hides may lie elsewhere: beside the best fit all shapes are tried, of
             # records those that resonate, and where the base asks the opposite, so that it tells no shape
+            points = None if first and (s.cheap or x.scouts or x.gain <= 0) else points_of(x)
+            return score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 2, points)
+
+        others = [x for x in scores if x.addition.id not in f.ids]
+        for x, again in zip(others, s.each(scored, others), strict=True):
             told = s.cheap or x.gain > 0
-            points = None if k == 0 and (s.cheap or x.scouts or not told) else points_of(x)
-            again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 2, points)
             reach = f.bic - SLACK * judge.evidence(f, again.gain) - beam[0].bic
             if again.starts and reach < -ALARM:
                 tried = (*(v for _, v in again.starts), *(v for _, v in x.starts[:2]))

@@ -11,7 +11,7 @@ from itertools import islice
 
 import numpy as np
 
-from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
+from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import Setting
 from modelgen.diagnose.search.screen import Score, Tangent
@@ -73,15 +73,16 @@ def joint(
     )
     where = {_key(pairs[0]): pairs for pairs in chosen}
     alone = {f.hypothesis.key: f for f in first}
-    fits = []
-    for h in made:
+
+    def fitted(h: Hypothesis) -> Fit:
         starts = [h.place(base.hypothesis, base.theta, {**a, **b}) for a, b in map(_values, where[h.key])]
         for k, a in enumerate(h.added):
             f = alone.get(frozenset([a.key]))
             if f is not None:
                 starts += [h.place(f.hypothesis, f.theta, _values(p)[1 - k]) for p in where[h.key]]
-        fits.append(judge.fit(h, starts, worth=np.inf if s.cheap else below))
-    return fits
+        return judge.fit(h, starts, worth=np.inf if s.cheap else below)
+
+    return s.each(fitted, made)
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -28,20 +29,28 @@ def screened(
 
     What first order can't show is fitted, too: it is blind only if that gains nothing.
     """
-    tangent = Tangent.of(*judge.tangent(base))
-    scores = [score(h, base.hypothesis, base.theta, tangent, judge.whiteners) for h in singles]
+    scores = _scored(s, base, judge, singles, 3)
     fits = _refit_singles(s, base, judge, scores)
     for theta in s.others:
         away = judge.fit(base.hypothesis, [theta])
         if abs(away.bic - base.bic) > 1.0 or not np.allclose(away.theta, base.theta, rtol=0.1, atol=0.0):
-            tangent = Tangent.of(*judge.tangent(away))
-            there = [score(h, base.hypothesis, away.theta, tangent, judge.whiteners, 1) for h in singles]
-            fits = better_of(fits, _refit_singles(s, away, judge, there))
+            fits = better_of(fits, _refit_singles(s, away, judge, _scored(s, away, judge, singles)))
     if s.cheap and not s.model.is_time_model:
         fits = _crossed(base, judge, _afresh(base, judge, fits))
-    fits = [_unhooked(judge, f) if k < s.beam else f for k, f in enumerate(sorted(fits, key=lambda f: f.bic))]
+    fits = sorted(fits, key=lambda f: f.bic)
+    fits = [*s.each(partial(_unhooked, judge), fits[: s.beam]), *fits[s.beam :]]
     gained = {f.hypothesis.key for f in fits if base.bic - f.bic > ALARM}
     return [replace(x, blind=x.blind and x.hypothesis.key not in gained) for x in scores], fits
+
+
+def _scored(s: Setting, fit: Fit, judge: Judge, singles: Sequence[Hypothesis], keep: int = 1) -> list[Score]:
+    """Score tests of single effects at a fit of the base."""
+    tangent = Tangent.of(*judge.tangent(fit))
+
+    def scored(h: Hypothesis) -> Score:
+        return score(h, fit.hypothesis, fit.theta, tangent, judge.whiteners, keep)
+
+    return s.each(scored, singles)
 
 
 def from_singles(judge: Judge, base: Fit, singles: Sequence[Fit]) -> Fit:
@@ -59,12 +68,14 @@ def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score])
     count = len(seen) if s.cheap else s.refits
     # a base far from the data may be bent too far for a way back: from its defaults, too
     defaults = base_starts(base.hypothesis, 0, 1) if gross(s, plain_white(base)) else []
-    fits = []
-    for k, x in enumerate(seen[:count]):
+
+    def fitted(ranked: tuple[int, Score]) -> Fit:
+        k, x = ranked
         places = [(base.theta, v) for _, v in (x.starts if k < 12 else x.starts[:1])]
         places += [(theta, x.starts[0][1]) for theta in defaults]
-        starts = [x.hypothesis.place(base.hypothesis, theta, v) for theta, v in places]
-        fits.append(judge.fit(x.hypothesis, starts))
+        return judge.fit(x.hypothesis, [x.hypothesis.place(base.hypothesis, t, v) for t, v in places])
+
+    fits = s.each(fitted, list(enumerate(seen[:count])))
     if s.cheap and not s.model.is_time_model:
         fits = _beside(base, judge, seen, _scouted(base, judge, seen, fits))
     return fits

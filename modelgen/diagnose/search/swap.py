@@ -75,7 +75,7 @@ def parts(s: Setting, judge: Judge, best: Fit) -> list[Fit]:
     added = best.hypothesis.added
     less = [tuple(b for b in added if b is not a) for a in added] if len(added) > 1 else []
     made = make_hypotheses(s.model, s.case, s.series, less)
-    return [judge.fit(h, [h.place(best.hypothesis, best.theta, {})]) for h in made]
+    return s.each(lambda h: judge.fit(h, [h.place(best.hypothesis, best.theta, {})]), made)
 
 
 def _keep(found: dict[Key, Fit], fits: Sequence[Fit]) -> None:
@@ -112,7 +112,7 @@ def _exchanges(
     usable = [x for x in scores if x.addition.key != old.key and x.addition.id not in rest.ids]
     found: dict[tuple[str, str, int], list[Promise]] = {}
     for f in (beside, alone):
-        for p in _scored(base, judge, f, usable, scouting):
+        for p in _scored(s, base, judge, f, usable, scouting):
             found.setdefault(p.addition.key, []).append(p)
     chosen = sorted(found.values(), key=_least)[:most]
     if most < len(scores):
@@ -122,14 +122,15 @@ def _exchanges(
     always += _as_good(old, singles)
     chosen += [found[key] for key in dict.fromkeys(always) if key in found and found[key] not in chosen]
     made = make_hypotheses(s.model, s.case, s.series, [(*kept, c[0].addition) for c in chosen])
-    fits = [alone] if kept else []
-    for h in made:
+
+    def fitted(h: Hypothesis) -> Fit:
         key = h.added[-1].key
         starts = [h.place(rest, p.theta, p.values) for p in found[key]]
         if key in singles:
             starts.append(h.place(rest, beside.theta, _own(singles[key], h.added[-1])))
-        fits.append(judge.fit(h, starts, worth=LOOSE * best.chi2))
-    return fits
+        return judge.fit(h, starts, worth=LOOSE * best.chi2)
+
+    return ([alone] if kept else []) + s.each(fitted, made)
 
 
 def _as_good(old: Addition, singles: Mapping[tuple[str, str, int], Fit]) -> list[tuple[str, str, int]]:
@@ -162,19 +163,22 @@ def _least(promises: Sequence[Promise]) -> float:
 
 
 def _scored(
-    base: Fit, judge: Judge, f: Fit, scores: Sequence[Score], scouting: bool = False
+    s: Setting, base: Fit, judge: Judge, f: Fit, scores: Sequence[Score], scouting: bool = False
 ) -> list[Promise]:
     """What each effect promises beside f: in the shapes that explained most alone or, `scouting`, in any."""
     tangent = Tangent.of(*judge.tangent(f))
     inner = f.hypothesis.values_of(f.theta, base.hypothesis)
     whole = float(tangent.r @ tangent.r)
-    found = []
-    for x in scores:
+
+    def scored(x: Score) -> Score:
         points = None if scouting else points_of(x)
-        again = score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 1, points)
-        if again.starts:
-            found.append(Promise(whole - again.gain, x.addition, f.theta, again.starts[0][1]))
-    return found
+        return score(x.hypothesis, base.hypothesis, inner, tangent, judge.whiteners, 1, points)
+
+    return [
+        Promise(whole - x.gain, x.addition, f.theta, x.starts[0][1])
+        for x in s.each(scored, scores)
+        if x.starts
+    ]
 
 
 def _crossed(s: Setting, judge: Judge, best: Fit, found: dict[Key, Fit]) -> list[Fit]:
