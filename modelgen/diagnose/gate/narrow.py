@@ -10,6 +10,7 @@ import numpy as np
 
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.oddities import LOUD
+from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.setting import Outcome
 from modelgen.diagnose.noise.noise import modelled_output, standing_alone
 from modelgen.fit.series import Array
@@ -24,20 +25,30 @@ LEFT = 20.0
 
 def narrow(outcome: Outcome) -> Leftover | None:
     """What is claimed from sweeps, when it stands on a few frequencies alone."""
-    found = _claimed(outcome)
+    found = _claimed(outcome, outcome.base, outcome.best)
     return None if found is None or _elsewhere(outcome, found[1]) else found[0]
 
 
 def glitch(outcome: Outcome) -> list[Array] | None:
-    """(n,) bool of each sweep: the samples on which a claim stands, where they are of one sweep and another
-    that passes there shows nothing of it; None where there are none such."""
-    found = _claimed(outcome)
+    """(n,) bool of each sweep: the samples on which a claim stands, or one effect more of it, where they are
+    of one sweep and another that passes there shows nothing of it; None where there are none such."""
+    for fewer in range(len(outcome.best.ids)):
+        others = [f for f in outcome.tried if len(f.ids) == fewer] if fewer else [outcome.base]
+        less = min(others, key=lambda f: f.bic, default=None)
+        found = None if less is None else _of_one_sweep(outcome, less)
+        if found is not None:
+            return found
+    return None
+
+
+def _of_one_sweep(outcome: Outcome, less: Fit) -> list[Array] | None:
+    """`glitch` of what the best hypothesis explains beyond `less`."""
+    found = _claimed(outcome, less)
     if found is None or len(found[1]) < 2:
         return None
     e = outcome.best.hypothesis.experiment
     f = [s.inputs[e.model.axis] for s in e.series]
-    square = [np.sum(x**2, axis=0) for x in outcome.base.white]
-    loud = [m & (x > LOUD) for m, x in zip(found[1], square, strict=True)]
+    loud = [m & (np.sum(x**2, axis=0) > LOUD) for m, x in zip(found[1], less.white, strict=True)]
     of = [k for k, m in enumerate(loud) if m.any()]
     if len(of) != 1:
         return None
@@ -52,15 +63,19 @@ def _around(f: Array, some: Array) -> tuple[float, float]:
     return float(beside.min()), float(beside.max())
 
 
-def _claimed(outcome: Outcome) -> tuple[Leftover, list[Array]] | None:
-    """`lone` of the best hypothesis."""
+def _claimed(outcome: Outcome, less: Fit, own: Fit | None = None) -> tuple[Leftover, list[Array]] | None:
+    """`lone` of the best hypothesis beside one with `less`; resonances that `own` has are no lines."""
     best = outcome.best
     e = best.hypothesis.experiment
     if e.model.is_time_model or not best.hypothesis.added or any(s.measure == "real" for s in e.series):
         return None
     f = [s.inputs[e.model.axis] for s in e.series]
-    own = [standing_alone(modelled_output(e, best.theta, k)) for k in range(len(e.series))]
-    return lone(f, outcome.base.white, best.white, own, best.hypothesis.added[0].port.name)
+    peaks = [np.zeros(len(x)) for x in f]
+    if own is not None:
+        peaks = [
+            standing_alone(modelled_output(own.hypothesis.experiment, own.theta, k)) for k in range(len(f))
+        ]
+    return lone(f, less.white, best.white, peaks, best.hypothesis.added[0].port.name)
 
 
 def lone(
