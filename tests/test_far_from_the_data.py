@@ -5,18 +5,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from coils import coil, write_sweep
 
 from modelgen.api import read_case
 from modelgen.diagnose import diagnose
+from modelgen.diagnose.base import soundest
 from modelgen.diagnose.gate.vague import FAMILIES, told
-from modelgen.diagnose.hypotheses.hypothesis import additions
+from modelgen.diagnose.hypotheses.hypothesis import additions, make_hypotheses
 from modelgen.diagnose.hypotheses.ranking import Standing, standings
 from modelgen.diagnose.hypotheses.refit import misfit
 from modelgen.diagnose.hypotheses.scales import record_scales
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
 from modelgen.diagnose.search import search as searching
 from modelgen.diagnose.search.claim import gains
+from modelgen.diagnose.search.search import white_judge
 from modelgen.effects import CATALOGUE
+from modelgen.effects.resonance import MODES
 from modelgen.fit.series import make_series
 from modelgen.models import load
 from modelgen.recordings import Case
@@ -136,3 +140,41 @@ def test_far_from_the_data_the_best_account_needs_no_more_than_evidence(
             assert one.bic - two.bic > ALARM or not gains(setting, judge, base, one, two)
             return
     raise AssertionError("no correlation length leaves evidence in doubt")
+
+
+def coil_case(folder: Path) -> Case:
+    """A sweep of a moving coil, its mass known [kg]."""
+    write_sweep(folder / "sweep.csv", f := np.geomspace(20, 20e3, 60), coil(f))
+    head = 'model = "electrodynamic_transducer"\n[constants]\nM_m = 0.013\n'
+    (folder / "case.toml").write_text(f'{head}[[recording]]\nfile = "sweep.csv"\nrole = "fit"\n')
+    return read_case(folder / "case.toml")
+
+
+@pytest.mark.parametrize(("over", "inside"), [(20.0, True), (1.0, False)])
+def test_a_base_that_is_all_wrong_is_not_fitted_by_switching_a_part_of_it_off(
+    tmp_path: Path, over: float, inside: bool
+) -> None:
+    """So many times the noise `over`, an optimum at an end of the range yields to one within it, though that
+    leaves more."""
+    case, model = coil_case(tmp_path), load("electrodynamic_transducer")
+    series = tuple(make_series(model, case, r) for r in case.fit)
+    base = make_hypotheses(model, case, series, [()])[0]
+    judge, at = white_judge(series), dict(R_e=6.0, L_e=3e-4, Bl=6.0, K_m=2e3, R_m=1.0)
+    stiffest = next(p.bounds[1] for p in base.experiment.layout.parameters if p.name == "K_m")
+    sound, clamped = (
+        judge.look(base, np.array([{**at, "K_m": K}[n] for n in base.names])) for K in (2e3, stiffest)
+    )
+    noise = np.ones_like(sound.white[0])
+    sound, clamped = replace(sound, white=(1.5 * over * noise,)), replace(clamped, white=(over * noise,))
+    assert (soundest([clamped, sound]) is sound) == inside
+
+
+def test_a_resonator_that_is_hung_on_does_not_take_the_place_of_a_mass_that_is_known(tmp_path: Path) -> None:
+    case, model = coil_case(tmp_path), load("electrodynamic_transducer")
+    series = [make_series(model, case, r) for r in case.fit]
+    omega = 2 * np.pi * series[0].inputs["f"]
+    sizes = {p.equation: 0.013 * omega for p in model.ports}
+    modes = [a for a in additions(model, MODES, record_scales(model, series), sizes, {})]
+    bounds = [a.extend(model).parameter(a.shared[0]).bounds for a in modes]
+    assert len(bounds) == len(MODES)
+    assert bounds == [(0.0, pytest.approx(10 * 0.013))] * len(MODES)

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts
 from modelgen.fit import PSO
@@ -28,8 +29,27 @@ def fit_base(h: Hypothesis, judge: Judge, seed: int) -> tuple[Fit, tuple[Array, 
     if any(s.measure != "real" for s in h.experiment.series):
         fits += _swarmed(h, plain, fits, starts[0], seed)
     ends = [judge.fit(h, [f.theta], iterations=150) for f in _distinct(fits)]
-    first = _best(ends)
+    first = soundest(ends)
     return first, tuple(f.theta for f in _distinct(ends) if f is not first)[:2]
+
+
+ASTRAY = 5.0
+"""Times the noise that the base leaves from which an optimum that has run to an end of its range is none, if
+there is another: a base that is all wrong fits best where a part of it is switched off."""
+
+
+def soundest(ends: Sequence[Fit]) -> Fit:
+    """The best of a base's optima; far from the recordings, of those within the parameters' range."""
+    if _best(ends).chi2 > ASTRAY**2 * effective(ends[0].white):
+        ends = [f for f in ends if not _run_away(f)] or ends
+    return _best(ends)
+
+
+def _run_away(f: Fit) -> bool:
+    """Whether a parameter is at an end of its bounds that is not 0."""
+    ends = np.array([p.bounds for p in f.hypothesis.experiment.layout.parameters])
+    near = np.isfinite(ends) & np.isclose(f.theta[:, None], ends, rtol=1e-6, atol=0.0)
+    return bool(np.any(near & (ends != 0)))
 
 
 COMPARABLE = 10.0

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from modelgen.diagnose.base import fit_base
+from modelgen.diagnose.base import fit_base, soundest
 from modelgen.diagnose.conclude import conclude
 from modelgen.diagnose.gate.exact import exact
 from modelgen.diagnose.gate.hum import hum
@@ -164,7 +164,8 @@ def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> 
         series = slanted(series, f, white)
     base = make_hypotheses(model, case, series, [()])
     judge = white_judge(series)
-    fit = judge.fit(base[0], [fit.theta, *base_starts(base[0], seed, 4)])
+    starts = ([fit.theta], base_starts(base[0], seed, 4))
+    fit = soundest([judge.fit(base[0], some) for some in starts])
     return Ground(series, bare, fit, judge, marks, oddity, others)
 
 

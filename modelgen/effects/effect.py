@@ -35,7 +35,8 @@ class Strength:
     `unit` may hold {port}, the names of the port's variables in braces, e.g. "{port}/{z}**3", and at
     mechanical ports in the frequency domain {impedance} and {stiffness} (force over velocity and over
     displacement in the port's units); {force} is the unit of the model's force. `scale`, `low`, `high`,
-    `points` are as in `Shape`, for effects that are screened at a finite strength.
+    `points` are as in `Shape`, for effects that are screened at a finite strength; elsewhere the range ends
+    the strength's own `bounds`.
     """
 
     name: str
@@ -59,7 +60,8 @@ class Shape:
     of each record), "cycles" (length of those whose motion comes back a few times), "samples" (their number
     in each), "displacement" (half the stroke of each record), "speed" (the greatest of each record),
     "position" (the recorded range of the displacement), "port" (modulus of the port's quantity, by the base
-    fit), "1" (plain numbers: low and high as they are), or an expression in these such as
+    fit), "mass" (of a mechanical port, that quantity as a mass), "1" (plain numbers: low and high as they
+    are), or an expression in these such as
     "port/max(omega)**2". `points` values are tried first, evenly in the
     logarithm unless `log` is False.
     """

@@ -21,6 +21,9 @@ from modelgen.effects.effect import (
 from modelgen.language import Model, Port, State, cos, exp, im, j, re, sin, sqrt
 
 Law = Callable[[Port, Values], Any]
+HEAVY = 10.0
+"""Times the moving mass that a resonator hung on it has at most: with more it is no addition, it takes the
+mass' place, and a mass that is known says nothing any more."""
 
 
 def _hung(n: int, says: str, source: str, law: Law, loss: Shape, common: float = 1.0) -> Effect:
@@ -30,7 +33,11 @@ def _hung(n: int, says: str, source: str, law: Law, loss: Shape, common: float =
         ("mechanical_impedance", "stiffness"),
         f"another resonator hangs on the moving side{says}",
         source,
-        (Strength(f"M_{n}", "{impedance}*s", text="mass of the resonator"),),
+        (
+            Strength(
+                f"M_{n}", "{impedance}*s", text="mass of the resonator", scale="median(mass)", high=HEAVY
+            ),
+        ),
         add_impedance(law),
         (
             Shape(f"omega_{n}", "rad/s", "omega", 0.7, 1.5, 160, text="its resonance when its foot is held"),

@@ -90,8 +90,13 @@ class Addition:
 
 
 def _with_ranges(model: Model, a: Addition) -> Model:
-    """Bounds of the effect's shapes: the range that is searched, and somewhat beyond."""
+    """Bounds of the effect's shapes: the range that is searched, and somewhat beyond; and of strengths that
+    have one."""
     new: list[Parameter] = []
+    for s in a.effect.strengths if not a.effect.secant else ():
+        if s.name in a.ranges:
+            p = model.parameter(f"{a.id}_{s.name}")
+            new.append(replace(p, bounds=(p.bounds[0], min(a.ranges[s.name][1], p.bounds[1]))))
     for q in a.effect.shapes:
         p = model.parameter(f"{a.id}_{q.name}")
         low, high = _margins(a, q)
@@ -150,8 +155,10 @@ def additions(
     for e in effects:
         for port in e.fits(model) if len(repeats) > 1 or not e.each else ():
             known = {**scales, **motions.get(port.equation, {}), "port": port_sizes[port.equation]}
+            if not model.is_time_model:
+                known["mass"] = known["port"] / known["omega"] ** (2 if port.kind == "stiffness" else 1)
             try:
-                tried: list[Strength | Shape] = [*e.shapes, *(q for q in e.strengths if e.secant and q.scale)]
+                tried: list[Strength | Shape] = [*e.shapes, *(q for q in e.strengths if q.scale)]
                 ranges = {q.name: search_range(q, known) for q in tried}
             except KeyError:
                 continue
