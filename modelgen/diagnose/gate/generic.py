@@ -40,7 +40,12 @@ def leftover(model: Model, judge: Judge, fit: Fit, sensitivities: Mapping[str, A
         found = [together(judge, fit)]
     else:
         found = _in_frequency(judge, fit, Tangent.of(*judge.tangent(fit)), sensitivities)
-    return max(found, key=lambda x: x.gain, default=Leftover(0.0, 0.0, "", ""))
+    best = max(found, key=lambda x: x.gain, default=Leftover(0.0, 0.0, "", ""))
+    if best.says or not model.is_time_model:
+        return best
+    # what follows no variable that is known is where the forces add up rather than in a channel
+    names = [p.name for p in model.ports if p.kind == "force"]
+    return replace(best, port=names[0] if len(names) == 1 else "")
 
 
 def gain_of(
@@ -154,7 +159,6 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
     found = [line(model, fit, n)]
     before = cache(lambda: _coloured(plain, fit.white, COLOUR_TIME))
     if not moved:
-        found[0] = replace(found[0], port=found[0].port if found[0].says else "")
         for at, group, words, felt in felt_terms(fit, plain):
             best = _best_of(tangent, felt, plain, fit.white, before, at.name, words, group)
             found.append(replace(best, terms=(group, 0)))
