@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, Setting
 from modelgen.diagnose.noise.noise import FITS
@@ -14,11 +15,14 @@ WORTH = 0.9
 """Where models stay far from the data, an effect must take away a tenth of the misfit to be named."""
 IMPERFECT = 0.01
 """Share of the evidence so far that a law of the right family leaves, a tenth off: no second effect."""
-INEXACT = {"time": (0.0, 0.05, 0.17), "sweep": (0.0, 0.03, 0.1)}
+INEXACT = {"time": (0.0, 0.08, 0.17), "sweep": (0.0, 0.03, 0.1)}
 """Of all that is explained, in rms, beside none, one, and two effects: so much may be wrong with laws of the
 right kind, as other people's laws of the same physics differ from ours. In records of several simulators with
 other laws, what was less than this was mostly no second effect, what was more mostly one; a third one, which
 was named in eight of them, was there in none. Impedances have fewer laws, and less of them is wrong."""
+MENDED, TO_NOISE, FROM = 0.25, 1.03, 1.15
+"""Part of that which is asked of a second effect over time that leaves at most TO_NOISE times the noise where
+the first left FROM times as much: what is wrong with a law is seldom another law to the last."""
 SEEN = 0.998
 """Where far more than noise is left, a further effect must be seen in the recordings as they are, and not
 only in what a filter of that rest leaves of them."""
@@ -46,6 +50,7 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     other = set(old.ids) <= set(new.ids) and not old.hypothesis.key <= new.hypothesis.key
     mends = new.parameters > old.parameters and not other
     off = INEXACT["time" if s.model.is_time_model else "sweep"][len(old.ids)]
+    off *= MENDED if s.model.is_time_model and _to_noise(old, new) else 1.0
     inexact = off**2 * (misfit(base) - misfit(new)) if old.ids and mends else -np.inf
     if judge.temper > 1.0:  # that something is missing is beyond doubt: the first effect is the best account
         seen = new.chi2 < WORTH * old.chi2 and misfit(old) - misfit(new) > inexact
@@ -74,6 +79,12 @@ def _beyond_noise(s: Setting, judge: Judge, old: Fit, new: Fit) -> bool:
     if s.model.is_time_model or not all(x.stated for x in s.series):
         return False
     return _far(old) and not _far(new) and smooth_error(judge, old)[2] is None
+
+
+def _to_noise(old: Fit, new: Fit) -> bool:
+    """Whether a second effect leaves but noise where the first left more."""
+    level = TO_NOISE**2 * effective(new.white)
+    return len(old.ids) == 1 and misfit(new) < min(level, misfit(old) / FROM**2)
 
 
 def worse(s: Setting, old: Fit, new: Fit) -> bool:
