@@ -201,3 +201,22 @@ def test_gross_errors_that_the_missing_physics_hides_are_found_once_it_is_known(
     assert [e.id for e in verdict.effects] == ["maxwell_branch"]
     assert [np.flatnonzero(t.outliers).tolist() for t in verdict.traces] == [[], [24]]
     assert [n for n in verdict.notes if "outliers" in n] == ["1 outliers in '1' are marked and weigh nothing"]
+
+
+@pytest.mark.parametrize("mains", [50.0, 60.0])
+def test_hum_with_harmonics_is_heard_where_it_is_far_louder_than_noise(tmp_path: Path, mains: float) -> None:
+    """Its harmonics stand out of the spectrum more than it does, once the slope of that is taken out; and all
+    of it looks like noise of some colour."""
+    rng = np.random.default_rng(4)
+    t = np.arange(3000) / 500.0
+    z = 0.6 * np.sin(2 * np.pi * 0.7 * t) + 0.2 * np.sin(2 * np.pi * 1.9 * t)
+    hum = sum(3.0**-n * np.sin(2 * np.pi * mains * n * t + n) for n in (1, 2, 3))
+    force = 2.0 * z + 0.05 * np.gradient(z, t) + 0.3 * hum + 2e-3 * rng.standard_normal(t.size)
+    rows = np.column_stack([t, z + 5e-4 * rng.standard_normal(t.size), force])
+    np.savetxt(tmp_path / "r.csv", rows, delimiter=",", header="t [s],z [mm],F_m [N]", comments="")
+    (tmp_path / "case.toml").write_text(
+        'model = "kelvin_voigt"\n[[recording]]\nfile = "r.csv"\nrole = "fit"\n'
+    )
+    found = diagnose(read_case(tmp_path / "case.toml"), load("kelvin_voigt")).effects
+    assert [e.id for e in found] == ["unknown_sensor"]
+    assert f"a line at {mains:.0f} Hz" in found[0].says

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.evidence import effective
@@ -63,6 +64,16 @@ def _share(series: Sequence[tuple[Array, Array]], f: float) -> float:
     return held / max(total, 1e-300)
 
 
+def _tuned(series: Sequence[tuple[Array, Array]], f: float, width: float) -> float:
+    """The frequency within `width` of `f` at which a wave has most of the power."""
+    found = minimize_scalar(lambda x: -_share(series, x), bounds=(f - width, f + width), method="bounded")
+    return float(found.x)
+
+
+LOWEST = 5
+"""Harmonics that a line may be of a stronger wave."""
+
+
 def line(model: Model, fit: Fit, n: int) -> Leftover:
     """The strongest spectral line of the residual, over the spectrum around it, all recordings together.
 
@@ -92,11 +103,15 @@ def line(model: Model, fit: Fit, n: int) -> Leftover:
     total[_follows(model, fit, grid, 1.0 / span)] = 0.0
     k = int(np.argmax(total))
     chi2 = 2 * float(total[k])
-    if _far(fit) and _share(series, float(grid[k])) < WHOLE:
+    # a slope that is taken out makes harmonics stand out more than the wave that they belong to
+    waves = [float(grid[k]) / m for m in range(1, LOWEST + 1)]
+    waves = [f for f in waves if f == waves[0] or total[int(np.argmin(np.abs(grid - f)))] > 0]
+    f = _tuned(series, max(waves, key=lambda f: _share(series, f)), 0.5 / span)
+    if _far(fit) and _share(series, f) < WHOLE:
         return Leftover(0.0, 0.0, "sensor", "")
     gain = chi2 - (2 * len(series) + 1) * float(np.log(n)) - 2 * float(np.log(len(grid)))
-    says = f"a line at {grid[k]:.4g} Hz that does not follow the motion"
-    return Leftover(gain, chi2, "sensor", says, line=float(grid[k]))
+    says = f"a line at {f:.4g} Hz that does not follow the motion"
+    return Leftover(gain, chi2, "sensor", says, line=f)
 
 
 def gained_beside(judge: Judge, base: Fit, best: Fit, f: float) -> float:
