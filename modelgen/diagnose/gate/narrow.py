@@ -10,6 +10,7 @@ import numpy as np
 
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.oddities import LOUD
+from modelgen.diagnose.gate.rivals import LEFT
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.setting import Outcome
 from modelgen.diagnose.noise.noise import modelled_output, standing_alone
@@ -19,8 +20,6 @@ LONE = 3
 """Frequencies too few to carry a claim."""
 BROAD = 0.2
 """Share of the evidence that must be found elsewhere."""
-LEFT = 20.0
-"""ΔBIC that a claim must gain without them."""
 
 
 def narrow(outcome: Outcome) -> Leftover | None:
