@@ -169,6 +169,15 @@ def test_a_base_that_is_all_wrong_is_not_fitted_by_switching_a_part_of_it_off(
     assert (soundest([clamped, sound]) is sound) == inside
 
 
+def test_a_gap_may_take_up_most_of_the_stroke(tmp_path: Path) -> None:
+    case, model = case_of(tmp_path, swings(6), swings(6), 0.02), load("modified_dahl")
+    scales = record_scales(model, [make_series(model, case, r) for r in case.fit])
+    sizes = {p.equation: np.ones(1) for p in model.ports}
+    gaps = [a for a in additions(model, CATALOGUE, scales, sizes, {}) if a.id == "backlash"]
+    most = [a.extend(model).parameter(n).bounds[1] for a in gaps for n in a.shared]
+    assert most and min(most) == np.inf
+
+
 def test_a_resonator_that_is_hung_on_does_not_take_the_place_of_a_mass_that_is_known(tmp_path: Path) -> None:
     case, model = coil_case(tmp_path), load("electrodynamic_transducer")
     series = [make_series(model, case, r) for r in case.fit]

@@ -183,7 +183,7 @@ dead_zone = Effect(
     ("displacement",),
     "spring and friction have free play about the middle: within the gap only the dashpot is felt",
     "A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 4.1: dead zone",
-    (Strength("g_0", "{z}", text="half of the gap", scale="displacement", low=0.01, high=0.3),),
+    (Strength("g_0", "{z}", text="half of the gap"),),
     _dead_zone("g_0", dashpot=False),
     needs=MOTION,
 )

@@ -61,9 +61,8 @@ class Shape:
     in each), "displacement" (half the stroke of each record), "speed" (the greatest of each record),
     "position" (the recorded range of the displacement), "port" (modulus of the port's quantity, by the base
     fit), "mass" (of a mechanical port, that quantity as a mass), "1" (plain numbers: low and high as they
-    are), or an expression in these such as
-    "port/max(omega)**2". `points` values are tried first, evenly in the
-    logarithm unless `log` is False.
+    are), or an expression in these such as "port/max(omega)**2". `points` values are tried first, evenly in
+    the logarithm unless `log` is False.
     """
 
     name: str

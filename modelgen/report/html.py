@@ -182,7 +182,6 @@ def _hypotheses(verdict: Verdict) -> list[dict[str, Any]]:
             "bar": 100 * max(-t.delta_bic / longest, 0.0) if longest > 0 else 0.0,
             "chosen": bool(chosen) and set(t.ids) == chosen,
             "stands": bool(chosen) and len(t.ids) <= count and t.delta_bic - best < NOT_EXCLUDED,
-            "more": len(t.ids) > count,
         }
         for t in trials
     ]
