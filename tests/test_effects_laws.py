@@ -629,6 +629,16 @@ def test_a_sample_warms_up_by_its_own_friction() -> None:
     assert np.allclose((F[at] / (2 * motion["z"][at]) - 1) / -0.005, warmth[at], atol=2.0)
 
 
+def test_friction_and_spring_warm_up_alike() -> None:
+    motion, base = record(np.linspace(0, 5, 2001), lambda x: np.sin(20 * x)), {"k_D": 2.0, "h_D": 0.3}
+    beside = find("temperature_drift", "spring", "beta_h")
+    warm = force(beside, motion, {"k_D": 2.0}, beta_h=-0.005, tau_h=2.0)
+    factor = warm[1:] / (2 * motion["z"][1:])
+    F = force(find("temperature_drift", "spring", "beta_m"), motion, base, beta_m=-0.005, tau_m=2.0)
+    cold = force(find("inertia", "force"), motion, base, M=0.0)
+    assert np.allclose(F[1:], factor * cold[1:], atol=1e-3)  # warmth of this sample, or of the one before
+
+
 def test_friction_by_direction() -> None:
     motion, base = record(np.linspace(0, 2, 400), wobble), {"h_D": 0.4, "r_0": -1.0}
     F = force(find("asymmetric_friction", "friction"), motion, base, delta=-0.3)
@@ -927,6 +937,17 @@ def test_late_channels(tau: float) -> None:
     shown = force(find("force_sensor_lag", "sensor", "tau", needs="t"), motion, base, tau=tau)
     lag = solve_ivp(lambda x, y: (wobble(x) - y) / tau, (0, 4), [0.0], t_eval=t, rtol=1e-9, atol=1e-11).y[0]
     assert np.abs(shown - 0.5 - lag)[late].max() < 1e-3 * effect
+
+
+@pytest.mark.parametrize("even", [True, False])
+@pytest.mark.parametrize("tau", [5e-4, 5e-3])
+def test_a_late_displacement_shows_the_force_early(tau: float, even: bool) -> None:
+    step = 1 + (0.0 if even else 0.5) * np.sin(np.arange(1600))
+    t = 4 * np.r_[0.0, np.cumsum(step)] / step.sum()
+    motion, base = record(t, wobble), {"k_D": 1.0, "F_0": 0.5}
+    shown = force(find("sensor_delay", "sensor", "tau_z", needs="t"), motion, base, tau_z=tau)
+    effect = np.abs(wobble(t + tau) - wobble(t)).max()
+    assert np.abs(shown - 0.5 - wobble(t + tau))[3:].max() < 1e-3 * effect
 
 
 def test_drifts_start_at_the_first_sample_and_settle() -> None:

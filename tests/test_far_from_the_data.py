@@ -187,3 +187,34 @@ def test_a_resonator_that_is_hung_on_does_not_take_the_place_of_a_mass_that_is_k
     bounds = [a.extend(model).parameter(a.shared[0]).bounds for a in modes]
     assert len(bounds) == len(MODES)
     assert bounds == [(0.0, pytest.approx(10 * 0.013))] * len(MODES)
+
+
+def test_an_amplifier_that_saturates_softly_is_found_at_the_sensor(tmp_path: Path) -> None:
+    """F/(1 + |F/F_s|⁹)^(1/9) for F > 0: no plateau, and no physics of the sample."""
+    rng = np.random.default_rng(5)
+    z, step = swings(9), 0.02
+    true = 1.0 * z + 0.05 * np.gradient(z, step) - 2.0
+    shown = np.where(true > 0, true / (1 + (np.maximum(true, 0) / 3.5) ** 9) ** (1 / 9), true)
+    case = case_of(tmp_path, z, shown + 2e-3 * rng.standard_normal(len(z)), step)
+    v = diagnose(case, load("modified_dahl"), out=tmp_path)
+    assert v.effects[0].id == "unknown_sensor" and "force itself" in v.effects[0].says
+    assert v.before.fit_over_noise > 5 and v.after.fit_over_noise == pytest.approx(1, abs=0.1)
+    bend = next(e for e in v.effects[0].parameters if e.name == "bend")
+    assert 1 / bend.value == pytest.approx(3.5, rel=0.02)
+
+
+def test_a_zero_point_that_drifts_otherwise_in_each_record(tmp_path: Path) -> None:
+    rng = np.random.default_rng(6)
+    text = 'model = "modified_dahl"\nper_recording = ["F_0", "r_0"]\n'
+    for name, drift in (("a", 0.05), ("b", -0.03)):
+        z, t = swings(8), 0.02 * np.arange(1500)
+        force = 0.5 * z + 0.02 * np.gradient(z, 0.02) + drift * (1 - np.exp(-t / 12))
+        rows = np.column_stack([t, z, force + 2e-3 * rng.standard_normal(len(z))])
+        np.savetxt(tmp_path / f"{name}.csv", rows, delimiter=",", header="t [s],z [mm],F_m [N]", comments="")
+        text += f'[[recording]]\nfile = "{name}.csv"\nrole = "fit"\n'
+    (tmp_path / "case.toml").write_text(text)
+    v = diagnose(read_case(tmp_path / "case.toml"), load("modified_dahl"), out=tmp_path)
+    assert [e.id for e in v.effects] == ["offset_drift"]
+    assert v.after.fit_over_noise == pytest.approx(1, abs=0.1)
+    rates = {e.name: e.value for e in v.effects[0].parameters}
+    assert rates["d_own[a]"] > 0 > rates["d_own[b]"]

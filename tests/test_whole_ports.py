@@ -63,6 +63,29 @@ def test_ports_over_frequency_get_the_angular_frequency(declared: bool) -> None:
     assert mg.build(model)(f=100.0) == pytest.approx(5 + 0.2j * np.pi)
 
 
+def test_what_is_in_series_lies_within_the_terminals() -> None:
+    """A capacitance across the terminals shunts what eddy currents add, in whichever order both are added."""
+    f, R = Input("f", "Hz"), Parameter("R", "ohm", 5.0, (0.1, 1e2))
+    bare = Model("coil", (f,), (R,), (Equation("Z", R, "ohm"),), ("Z",), (Port("coil", "terminals", "Z"),))
+    model = whole(bare)
+    assert mg.build(model)(f=100.0) == mg.build(bare)(f=100.0)
+    turn = next(e for e in CATALOGUE if e.id == "eddy_shunt" and "electrical_impedance" in e.kinds)
+    cable = next(e for e in CATALOGUE if e.id == "coil_capacitance" and "terminals" in e.kinds)
+    given = {"f": 1e3, "eddy_shunt_L_2": 2e-3, "eddy_shunt_omega_2": 4e3, "coil_capacitance_C": 1e-6}
+    s = 2j * np.pi * 1e3
+    wanted = 1 / (1e-6 * s + 1 / (5 + 2e-3 * s / (1 + s / 4e3)))
+    for effects in ((turn, cable), (cable, turn)):
+        made = model
+        for e in effects:
+            made = e.extend(made, e.fits(made)[0])
+        assert mg.build(made)(**given) == pytest.approx(wanted)
+
+
+def test_a_cell_says_itself_what_is_in_series() -> None:
+    for name in ("piezoelectric_transducer", "magnetostrictive_transducer"):
+        assert whole(load(name)) == load(name)
+
+
 def test_names_that_are_taken_are_left_alone() -> None:
     taken = Parameter("z_rate", "1", 1.0, (0.0, 2.0))
     model = Model("m", (t, z), (k_0, taken), (Equation("F", k_0 * taken * z, "N"),), ("F",), zener.ports)

@@ -262,9 +262,10 @@ def set_up(model: Model, case: Case, ground: Ground, catalogue: Sequence[Effect]
 
 
 def _repeats(model: Model, series: Sequence[Series]) -> tuple[str, ...]:
-    """Names of the sweeps that repeat each other, nothing being known to differ; none where something is."""
+    """Names of records over time, in each of which a zero point drifts in its own way, and of sweeps that
+    repeat each other, nothing being known to differ; none of sweeps where something is."""
     alike = all(dict(s.constants) == dict(series[0].constants) for s in series)
-    return () if model.is_time_model or not alike else tuple(s.name for s in series)
+    return tuple(s.name for s in series) if model.is_time_model or alike else ()
 
 
 def _searched(

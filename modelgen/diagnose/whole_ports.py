@@ -33,16 +33,16 @@ FORCES = ("N", "N*m", "Pa")
 def whole(model: Model) -> Model:
     """`model` with what its ports lack.
 
-    Over frequency that is ω. Over time, force and sensor ports get the time and that of the sample before; a
-    force port that names a recorded motion z gets its rate v, acceleration a, and the values before and at
-    the turn; a recorded force without a port of its sensor gets one; and a model without memory becomes one
-    whose samples follow each other.
+    Over frequency that is ω, and that what an impedance has in series lies within its terminals. Over time,
+    force and sensor ports get the time and that of the sample before; a force port that names a recorded
+    motion z gets its rate v, acceleration a, and the values before and at the turn; a recorded force without
+    a port of its sensor gets one; and a model without memory becomes one whose samples follow each other.
     """
     axis = model.inputs[0] if model.inputs else None
     if axis is None:
         return model
     if not (model.is_time_model or is_time(axis.unit)):
-        return _oscillating(model, axis)
+        return _in_series(_oscillating(model, axis))
     if not model.is_time_model:
         model = model.with_inputs(previous(axis))
     for port in model.ports if is_time(axis.unit) else ():
@@ -69,6 +69,25 @@ def _oscillating(model: Model, axis: Input) -> Model:
     at = ("omega", omega.symbol)
     ports = (replace(p, variables=(*p.variables, at)) if p in lacking else p for p in model.ports)
     return replace(model, ports=tuple(ports))
+
+
+def _in_series(model: Model) -> Model:
+    """`model` with a port for what is in series within its terminals, if it says of neither a winding nor a
+    capacitance where it is."""
+    outside = [p for p in model.ports if p.kind == "terminals"]
+    if len(outside) != 1 or {"electrical_impedance", "capacitance"} & {p.kind for p in model.ports}:
+        return model
+    (port,) = outside
+    model, inside = _within(model, port.equation)
+    return replace(model, ports=(replace(port, kind="electrical_impedance", equation=inside), *model.ports))
+
+
+def _within(model: Model, equation: str) -> tuple[Model, str]:
+    """`model` in which `equation` shows what another one is, and the name of that: what acts there acts
+    before what acts at `equation`."""
+    known = {s.name for s in model.statements}
+    model = model.extend(equation, lambda x: x)
+    return model, next(s.name for s in model.statements if s.name not in known)
 
 
 def _free(name: str, taken: set[str]) -> str:
@@ -130,9 +149,7 @@ def _sensed(model: Model, output: str, axis: Input) -> Model:
     before = _known(model, previous(axis))
     model = model.with_inputs(before)
     if any(p.equation == output for p in model.ports):  # what acts there acts before the sensor
-        known = {s.name for s in model.statements}
-        model = model.extend(output, lambda x: x)
-        inside = next(s.name for s in model.statements if s.name not in known)
+        model, inside = _within(model, output)
         moved = (replace(p, equation=inside) if p.equation == output else p for p in model.ports)
         model = replace(model, ports=tuple(moved))
     at: tuple[tuple[str, Any], ...] = (("t", axis.symbol), ("t_prev", before.symbol))

@@ -24,6 +24,7 @@ from modelgen.effects import (
     slip_level,
     softening,
     viscoelastic,
+    warming,
 )
 from modelgen.effects.effect import Effect
 
@@ -48,6 +49,7 @@ CATALOGUE: tuple[Effect, ...] = (
     *loose_grip.EFFECTS,
     *joint.EFFECTS,
     *drift.EFFECTS,
+    *warming.EFFECTS,
     *sensor.EFFECTS,
     *driven.EFFECTS,
     *cycle.EFFECTS,

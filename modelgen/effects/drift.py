@@ -1,21 +1,23 @@
-"""What changes while a record is taken: zero points, temperatures."""
+"""What drifts while recordings are taken: zero points over time, temperatures from sweep to sweep."""
 
 from dataclasses import replace
 from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, change, unit_of
-from modelgen.effects.motion import way
-from modelgen.language import Model, Parameter, Piecewise, Port, State, cos, exp, pi, sin
+from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, change
+from modelgen.language import Model, Parameter, Port, State, cos, exp, pi, sin
 
-WARMS = "the stiffness changes in the course of the record, as the sample warms up"
+WHOLE = (
+    "the material gets softer (or harder) in the course of the record, as it warms up: spring and friction"
+)
+WARMTH = "L. R. G. Treloar, The Physics of Rubber Elasticity (1975), ch. 2; Newton's law of cooling"
 SETTLES = Shape(
     "tau", "s", "duration", 0.3, 10.0, 4, text="time in which it settles; long for a steady drift"
 )
 
 
-def _settling(id: str, model: Model, port: Port, tau: Parameter, change: Any) -> Model:
+def settling(id: str, model: Model, port: Port, tau: Parameter, change: Any) -> Model:
     """The port's quantity x becomes change(x, s), where s grows from 0 as the time since the start, and
     settles at τ."""
     start = State(
@@ -32,9 +34,22 @@ offset_drift = Effect(
     "the zero point of the force drifts in the course of the record",
     "first-order settling, e.g. of a strain-gauge bridge as it warms up",
     (Strength("d", "{port}/s", bounds=ANY, text="rate of the drift at the start"),),
-    lambda model, port, p: _settling("offset_drift", model, port, p["tau"], lambda F, s: F + p["d"] * s),
+    lambda model, port, p: settling("offset_drift", model, port, p["tau"], lambda F, s: F + p["d"] * s),
     (SETTLES,),
     needs=("t",),
+)
+
+own_drift = replace(
+    offset_drift,
+    says="the zero point of the force drifts in the course of each record, in its own direction",
+    strengths=(replace(offset_drift.strengths[0], name="d_own"),),
+    apply=lambda model, port, p: settling(
+        "own_drift", model, port, p["tau_own"], lambda F, s: F + p["d_own"] * s
+    ),
+    shapes=(replace(SETTLES, name="tau_own"),),
+    common=0.5,
+    each=True,
+    first=True,
 )
 
 
@@ -63,19 +78,6 @@ wandering_zero = Effect(
     (Shape("T", "s", "cycles", 1.0, 3.0, 3, text="period of the longest wave"),),
     needs=("t",),
     common=0.5,
-)
-
-temperature_drift = Effect(
-    "temperature_drift",
-    ("spring",),
-    WARMS,
-    "L. R. G. Treloar, The Physics of Rubber Elasticity (1975), ch. 2; Newton's law of cooling",
-    (Strength("beta", "1/s", bounds=ANY, text="relative rate of change of the stiffness at the start"),),
-    lambda model, port, p: _settling(
-        "temperature_drift", model, port, p["tau"], lambda k, s: k * (1 + p["beta"] * s)
-    ),
-    (SETTLES,),
-    needs=("t",),
 )
 
 
@@ -114,7 +116,7 @@ spring_warming = Effect(
     "temperature_drift",
     ("stiffness",),
     "the stiffness changes in the course of the sweep, as the device warms up",
-    temperature_drift.source,
+    WARMTH,
     (
         Strength(
             "dK",
@@ -155,7 +157,7 @@ spring_between = Effect(
     "temperature_drift",
     ("stiffness",),
     "the stiffness differs between sweeps, as the device warms up or has been moved meanwhile",
-    temperature_drift.source,
+    WARMTH,
     (OTHER_K,),
     lambda model, port, p: _another_stiffness(model, p["dK_each"]),
     needs=("omega",),
@@ -167,7 +169,7 @@ device_between = Effect(
     "temperature_drift",
     ("electrical_impedance",),
     "the device is warmer (or colder) in one sweep than in another: resistance and stiffness differ",
-    f"{coil_warming.source}; {temperature_drift.source}",
+    f"{coil_warming.source}; {WARMTH}",
     (replace(OTHER_R, name="dR_both"), replace(OTHER_K, name="dK_both")),
     lambda model, port, p: _another_stiffness(
         model.extend(port.equation, lambda Z: Z + p["dR_both"]), p["dK_both"]
@@ -176,68 +178,6 @@ device_between = Effect(
     also=("stiffness",),
     common=0.5,
     each=True,
-)
-
-WHOLE = (
-    "the material gets softer (or harder) in the course of the record, as it warms up: spring and friction"
-)
-
-
-def _softer(model: Model, port: Port, p: Values) -> Model:
-    for q in (port, *(q for q in model.ports if q.kind == "friction")):
-        at = replace(port, equation=q.equation)  # a port of friction needs not tell the time
-        model = _settling("material_warming", model, at, p["tau_w"], lambda x, s: x * (1 + p["beta_w"] * s))
-    return model
-
-
-material_warming = replace(
-    temperature_drift,
-    says=WHOLE,
-    strengths=(replace(temperature_drift.strengths[0], name="beta_w"),),
-    apply=_softer,
-    shapes=(replace(SETTLES, name="tau_w"),),
-    also=("friction",),
-    common=0.5,
-)
-
-
-dashpot_warming = replace(
-    temperature_drift,
-    kinds=("force",),
-    says="the dashpot gets softer (or harder) in the course of the record, as its fluid or material warms up",
-    source="O. Reynolds, Phil. Trans. R. Soc. 177 (1886) 157: viscosity and temperature; Newton's cooling",
-    strengths=(
-        Strength("dc", "{port}/({v}*s)", bounds=ANY, text="rate of change of the damping at the start"),
-    ),
-    apply=lambda model, port, p: _settling(
-        "dashpot_warming", model, port, p["tau_c"], lambda F, s: F + p["dc"] * s * port["v"]
-    ),
-    shapes=(replace(SETTLES, name="tau_c"),),
-    needs=("t", "v"),
-    common=0.5,
-)
-
-
-def _warmed(model: Model, port: Port, p: Values) -> Model:
-    """T' = |z'| − T/τ: warmth of dry friction, which is lost as Newton has it; each step exact for its mean
-    speed."""
-    x = (port["t"] - port["t_prev"]) / p["tau_h"]
-    kept = Piecewise(((1 - exp(-x)) / x, x > 0), (1, True))
-    T = Symbol("self_heating", real=True)
-    unit = unit_of(model, port["z"])
-    warmth = State(T.name, 0, T * exp(-x) + way(port) * kept, unit=unit, text="way whose heat is still there")
-    return model.extend(port.equation, lambda k: k * (1 + p["beta_h"] * warmth.symbol), statements=(warmth,))
-
-
-self_heating = replace(
-    temperature_drift,
-    says="the stiffness changes as the sample warms up by its own losses, the more the more it moves",
-    source="Newton's law of cooling; heat of dry friction, as e.g. in J. F. Archard, Wear 2 (1959) 438",
-    strengths=(Strength("beta_h", "1/({z})", bounds=ANY, text="relative change of the stiffness per way"),),
-    apply=_warmed,
-    shapes=(replace(SETTLES, name="tau_h", low=0.05, high=3.0, text="time in which the heat is lost"),),
-    needs=("z", "z_prev", "z_turn", "t", "t_prev"),
-    common=0.5,
 )
 
 
@@ -252,7 +192,7 @@ loop_warming = Effect(
     "temperature_drift",
     ("cycle",),
     WHOLE,
-    temperature_drift.source,
+    WARMTH,
     (Strength("dA", "1", bounds=ANY, text="relative change of the force per sample at the start"),),
     _softer_loop,
     (_settles_in("n_A"),),
@@ -261,7 +201,6 @@ loop_warming = Effect(
 )
 
 EFFECTS = (
-    offset_drift, wandering_zero, temperature_drift, material_warming, dashpot_warming,
-    self_heating,
+    offset_drift, own_drift, wandering_zero,
     coil_warming, spring_warming, loop_warming, coil_between, spring_between, device_between,
 )  # fmt: skip

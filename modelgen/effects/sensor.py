@@ -7,7 +7,7 @@ from typing import Any
 from sympy import Rational, Symbol
 
 from modelgen.effects.effect import ANY, RARER, Apply, Effect, Shape, Strength, Values, at_start, change
-from modelgen.language import Abs, Max, Model, Port, State, cos, exp, j, sin, sqrt
+from modelgen.language import Abs, Max, Model, Piecewise, Port, State, cos, exp, j, sin, sqrt
 
 LATE = "one channel is recorded later than the other"
 LAG = "the force channel has a low-pass filter"
@@ -175,6 +175,53 @@ force_sensor_lag = Effect(
     needs=("t", "t_prev"),
 )
 
+# A late displacement makes the force early. What it will be is read off Newton's polynomial through its last
+# four samples: F + τ F[1] + τ(τ + h₁) F[2] + τ(τ + h₁)(τ + h₁ + h₂) F[3], F[k] divided differences.
+
+
+def _early(model: Model, port: Port, p: Values) -> Model:
+    (tau,) = p.values()
+    h, F = port["t"] - port["t_prev"], model[port.equation]
+    before, one, two, last, last_but_one = (
+        Symbol(f"early_{n}", real=True) for n in ("F", "slope", "bend", "step", "step_before")
+    )
+
+    def memory(F: Any) -> tuple[State, ...]:
+        slope = (F - before) / h
+        bend = Piecewise(((slope - one) / (h + last), last > 0), (0, True))
+        twist = Piecewise(((bend - two) / (h + last + last_but_one), last_but_one > 0), (0, True))
+        ahead = tau * (slope + (tau + h) * (bend + (tau + h + last) * twist))
+        time = "s"
+        return (
+            State(
+                "early_y",
+                0,
+                ahead,
+                unit=unit,
+                text="how far the force goes on while the displacement is late",
+            ),
+            State(
+                two.name, 0, bend, unit=f"({unit})/{time}**2", text="second divided difference of the force"
+            ),
+            State(one.name, 0, slope, unit=f"({unit})/{time}", text="its first one"),
+            State(last_but_one.name, 0, last, unit=time, text="step of the time before the last"),
+            State(last.name, 0, h, unit=time, text="its last step"),
+            State(before.name, start, F, unit=unit, text="force at the sample before"),
+        )
+
+    start, unit = at_start(model, F), F.unit
+    return model.extend(port.equation, lambda F: F + Symbol("early_y", real=True), statements=memory)
+
+
+late_displacement = replace(
+    sensor_delay,
+    says="the displacement is recorded later than the force",
+    source="I. Newton, Methodus differentialis (1711): divided differences",
+    strengths=(Strength("tau_z", "s", text="delay of the displacement"),),
+    apply=_early,
+    common=1.0,
+)
+
 # With z the all-pass's y, P z = τ F', the mean F/P is F − (P − 1) F/P = F − (z/2 + τ z'/12).
 
 smoothed_force = replace(
@@ -184,6 +231,6 @@ smoothed_force = replace(
 )
 
 EFFECTS = (
-    delay_of_response, lag_of_response, smoothed_response, sensor_delay, force_sensor_lag, smoothed_force,
-    rectified_sensor, sensor_creep,
+    delay_of_response, lag_of_response, smoothed_response, sensor_delay, late_displacement, force_sensor_lag,
+    smoothed_force, rectified_sensor, sensor_creep,
 )  # fmt: skip

@@ -102,6 +102,8 @@ def _reversals(z: Array, v: Array, sign: Array, least: float) -> NDArray[np.intp
         top = int(np.argmax(up[k] * z[before[k] : after[k] + 1]))
         forward = up[k] * v[before[k] : after[k] + 1] > 0
         crossings = np.flatnonzero(forward[:-1] & ~forward[1:])
+        if not crossings.size:  # a way that no speed shows
+            crossings = np.array([min(top, len(forward) - 2)])
         steps[k] = before[k] + 1 + crossings[np.argmin(np.abs(crossings - top))]
         tips[k] = z[before[k] + top]
     return steps[_zigzag(np.concatenate((z[:1], tips, z[-1:])), least)]

@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from modelgen.diagnose.gate.functions import WAVE
+from modelgen.diagnose.gate.functions import LEVEL, WAVE
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.hypothesis import Addition, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
 from modelgen.effects import Effect, Shape, Strength
-from modelgen.effects.effect import ANY, add
-from modelgen.language import Abs, Port, cos, j, sign, sin
+from modelgen.effects.effect import ANY, add, change
+from modelgen.language import Abs, Max, Port, cos, j, sign, sin
 
 SOURCE = "a description, no law"
 Term = tuple[int, int, Callable[[Any, Any], Any]]
@@ -55,9 +55,12 @@ def described(setting: Setting, outcome: Outcome, left: Leftover) -> Fit | None:
     made = make_hypotheses(setting.model, setting.case, setting.series, [(a,)])
     if not made:
         return None
-    base = outcome.base
-    shapes = {f"{a.id}_{q.name}": float(np.sqrt(q.low * q.high)) for q in effect.shapes}
-    fit = outcome.judge.fit(made[0], [made[0].place(base.hypothesis, base.theta, shapes)])
+    base, h = outcome.base, made[0]
+    begin = [{q.name: float(np.sqrt(q.low * q.high)) for q in effect.shapes}]
+    if left.terms[0] == LEVEL:
+        begin = [{"bend": 1 / abs(left.terms[1]), "n": n} for n in BENDS]
+    starts = [{f"{a.id}_{n}": x for n, x in values.items()} for values in begin]
+    fit = outcome.judge.fit(h, [h.place(base.hypothesis, base.theta, values) for values in starts])
     return fit if base.bic - fit.bic > ALARM else None
 
 
@@ -65,10 +68,12 @@ def _effect(setting: Setting, left: Leftover, port: Port) -> Effect | None:
     id = f"unknown_{port.name}"
     if not setting.model.is_time_model:
         return _resonant(id, port, left.terms)
-    name, which = left.terms
+    name, which, *side = left.terms
     if name == WAVE:
-        return wave(id, port, float(str(which)))
-    return powers(id, port, POWERS[str(name)]) if name in POWERS else None
+        return wave(id, port, which)
+    if name == LEVEL:
+        return levelling(id, port, which, *side) if which * side[0] > 0 else None
+    return powers(id, port, POWERS[name]) if name in POWERS else None
 
 
 def wave(id: str, port: Port, kappa: float, harmonics: int = 2) -> Effect:
@@ -85,6 +90,26 @@ def wave(id: str, port: Port, kappa: float, harmonics: int = 2) -> Effect:
 
     says = "a wave over displacement that describes what is left"
     return Effect(id, (port.kind,), says, SOURCE, strengths, add(terms), (shape,), ("z",))
+
+
+BENDS = (3.0, 10.0)
+"""Sharpness of a channel's end from which fits start."""
+
+
+def levelling(id: str, port: Port, begins: float, side: int) -> Effect:
+    """F/(1 + (F/F_s)ⁿ)^(1/n) on one side: a channel whose reading levels off at F_s = 1/bend, beyond where
+    that `begins`."""
+    strength = Strength(
+        "bend", "1/({port})", bounds=(0.0, 3 * side / begins), text="1/F_s, where it levels off"
+    )
+    shape = Shape("n", "1", "1", 1.5, 40.0, text="how sharply")
+
+    def shown(F: Any, at: Port, p: Any) -> Any:
+        u = Max(side * F * p["bend"], 1e-9)
+        return F * (1 + u ** p["n"]) ** (-1 / p["n"])
+
+    says = "a reading that levels off describes what is left"
+    return Effect(id, (port.kind,), says, SOURCE, (strength,), change(shown), (shape,), ("t",), secant=True)
 
 
 def _resonant(id: str, port: Port, places: tuple[Any, ...]) -> Effect:

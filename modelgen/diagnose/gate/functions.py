@@ -29,6 +29,18 @@ PITCHES = np.arange(1.0, 80.0, 0.5)
 WAVE = "wave"
 """A term of one of them, by its wave number."""
 
+LEVEL = "level"
+"""A distortion of a channel, by where it begins."""
+LEVELS = (0.3, 0.5, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995)
+"""Where it is tried, from the middle of what was recorded to its ends."""
+
+
+def level(which: int, force: Sequence[Array]) -> tuple[float, int]:
+    """Where the distortion `which` of recordings of a force begins, in its unit, and on which side."""
+    low, high = min(x.min() for x in force), max(x.max() for x in force)
+    side = -1 if which % 2 else 1
+    return float((high + low) / 2 + side * LEVELS[which // 2] * (high - low) / 2), side
+
 
 def wave_number(which: int, z: Sequence[Array]) -> float:
     """That of the pitch `which` in recordings of a displacement, in its unit."""
@@ -69,7 +81,7 @@ def groups() -> list[tuple[str, str, Callable[[Array, Array, Array, Array], Iter
             yield recursive(np.array([1.0, -a]), (1 - a) * (z - z[0])[None])[0]
 
     def shown(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
-        for q in (0.3, 0.5, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995):
+        for q in LEVELS:
             yield np.maximum(F - q, 0.0)
             yield np.minimum(F + q, 0.0)
 

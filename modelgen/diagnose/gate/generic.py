@@ -14,7 +14,7 @@ from functools import cache
 
 import numpy as np
 
-from modelgen.diagnose.gate.functions import WAVE, groups, scaled, scaled_speed, wave_number
+from modelgen.diagnose.gate.functions import LEVEL, WAVE, groups, level, scaled, scaled_speed, wave_number
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import line
 from modelgen.diagnose.gate.ports import felt_terms, felt_waves
@@ -167,7 +167,8 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
         return found
     z = scaled([s.inputs[moved] for s in e.series])
     v = scaled_speed([s.inputs[names["rate"]] for s in e.series])
-    force = scaled([e.raw(fit.theta, k)[0] + s.data[0] for k, s in enumerate(e.series)])
+    shown = [e.raw(fit.theta, k)[0] + s.data[0] for k, s in enumerate(e.series)]
+    force = scaled(shown)
     for says, kind, make in groups():
         port = next((p.name for p in model.ports if p.kind == kind), kind)
         blocks = []
@@ -178,13 +179,15 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
         best = _best_of(tangent, columns, plain, fit.white, before, port, says, make.__name__)
         if make.__name__ == "position":
             best = _of_wave(best, [s.inputs[moved] for s in e.series])
+        elif make.__name__ == "shown":
+            best = replace(best, terms=(LEVEL, *level(best.terms[1], shown)))
         found.append(best)
     return found
 
 
 def _of_wave(best: Leftover, z: Sequence[Array]) -> Leftover:
     """A wave over the displacement z of each recording, with its number in the place of its pitch's."""
-    return replace(best, terms=(WAVE, wave_number(int(str(best.terms[1])), z)))
+    return replace(best, terms=(WAVE, wave_number(best.terms[1], z)))
 
 
 def _felt_waves(fit: Fit, plain: Judge, tangent: Tangent, before: Callable[[], float]) -> list[Leftover]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -10,13 +11,13 @@ class Leftover:
     """The best description of what remains: ΔBIC gained (positive is better), χ² explained, port and
     sentence.
 
-    terms: (frequency, Q) of resonant terms; in time the name of a group of terms, and which of them. line:
-    the frequency of one that does not follow the motion, 0 where it is none.
+    terms: (frequency, Q) of resonant terms; in time the name of a group of terms, which of them, and on which
+    side. line: the frequency of one that does not follow the motion, 0 where it is none.
     """
 
     gain: float
     chi2: float
     port: str
     says: str
-    terms: tuple[object, ...] = ()
+    terms: tuple[Any, ...] = ()
     line: float = 0.0

@@ -1,0 +1,106 @@
+"""What changes in the course of a record as a sample warms up."""
+
+from dataclasses import replace
+
+from sympy import Symbol
+
+from modelgen.effects.drift import SETTLES, WARMTH, WHOLE, settling
+from modelgen.effects.effect import ANY, Effect, Strength, Values, unit_of
+from modelgen.effects.motion import way
+from modelgen.language import Model, Piecewise, Port, State, exp
+
+WARMS = "the stiffness changes in the course of the record, as the sample warms up"
+
+temperature_drift = Effect(
+    "temperature_drift",
+    ("spring",),
+    WARMS,
+    WARMTH,
+    (Strength("beta", "1/s", bounds=ANY, text="relative rate of change of the stiffness at the start"),),
+    lambda model, port, p: settling(
+        "temperature_drift", model, port, p["tau"], lambda k, s: k * (1 + p["beta"] * s)
+    ),
+    (SETTLES,),
+    needs=("t",),
+)
+
+
+def _softer(model: Model, port: Port, p: Values) -> Model:
+    for q in (port, *(q for q in model.ports if q.kind == "friction")):
+        at = replace(port, equation=q.equation)  # a port of friction needs not tell the time
+        model = settling("material_warming", model, at, p["tau_w"], lambda x, s: x * (1 + p["beta_w"] * s))
+    return model
+
+
+material_warming = replace(
+    temperature_drift,
+    says=WHOLE,
+    strengths=(replace(temperature_drift.strengths[0], name="beta_w"),),
+    apply=_softer,
+    shapes=(replace(SETTLES, name="tau_w"),),
+    also=("friction",),
+    common=0.5,
+)
+
+
+dashpot_warming = replace(
+    temperature_drift,
+    kinds=("force",),
+    says="the dashpot gets softer (or harder) in the course of the record, as its fluid or material warms up",
+    source="O. Reynolds, Phil. Trans. R. Soc. 177 (1886) 157: viscosity and temperature; Newton's cooling",
+    strengths=(
+        Strength("dc", "{port}/({v}*s)", bounds=ANY, text="rate of change of the damping at the start"),
+    ),
+    apply=lambda model, port, p: settling(
+        "dashpot_warming", model, port, p["tau_c"], lambda F, s: F + p["dc"] * s * port["v"]
+    ),
+    shapes=(replace(SETTLES, name="tau_c"),),
+    needs=("t", "v"),
+    common=0.5,
+)
+
+
+def _warmed(model: Model, port: Port, p: Values) -> Model:
+    """T' = |z'| − T/τ: warmth of dry friction, which is lost as Newton has it; each step exact for its mean
+    speed."""
+    beta, tau = p.values()
+    x = (port["t"] - port["t_prev"]) / tau
+    kept = Piecewise(((1 - exp(-x)) / x, x > 0), (1, True))
+    T = Symbol("self_heating", real=True)
+    unit = unit_of(model, port["z"])
+    warmth = State(T.name, 0, T * exp(-x) + way(port) * kept, unit=unit, text="way whose heat is still there")
+    return model.extend(port.equation, lambda k: k * (1 + beta * warmth.symbol), statements=(warmth,))
+
+
+def _warmed_all(model: Model, port: Port, p: Values) -> Model:
+    model = _warmed(model, port, p)
+    beta, _ = p.values()
+    for q in (q for q in model.ports if q.kind == "friction"):
+        model = model.extend(q.equation, lambda x: x * (1 + beta * Symbol("self_heating", real=True)))
+    return model
+
+
+self_heating = replace(
+    temperature_drift,
+    says="the stiffness changes as the sample warms up by its own losses, the more the more it moves",
+    source="Newton's law of cooling; heat of dry friction, as e.g. in J. F. Archard, Wear 2 (1959) 438",
+    strengths=(Strength("beta_h", "1/({z})", bounds=ANY, text="relative change of the stiffness per way"),),
+    apply=_warmed,
+    shapes=(replace(SETTLES, name="tau_h", low=0.05, high=3.0, text="time in which the heat is lost"),),
+    needs=("z", "z_prev", "z_turn", "t", "t_prev"),
+    common=0.5,
+)
+
+material_heating = replace(
+    self_heating,
+    says="the material gets softer (or harder) as it warms up by its own losses, the more the more it moves: "
+    "spring and friction",
+    strengths=(
+        replace(self_heating.strengths[0], name="beta_m", text="relative change of the force per way"),
+    ),
+    apply=_warmed_all,
+    shapes=(replace(self_heating.shapes[0], name="tau_m"),),
+    also=("friction",),
+)
+
+EFFECTS = (temperature_drift, material_warming, dashpot_warming, self_heating, material_heating)
