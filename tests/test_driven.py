@@ -56,17 +56,20 @@ def recorded(what: str, noise: float = 2e-5, n: int = 1500) -> Case:
     drive = CubicSpline(time, force)
 
     def rate(at: float, x: np.ndarray) -> list[float]:
-        z, v, h = x
+        z, v, h, late = x
         more = {
             "maxwell": h,
             "hysteresis": h,
             "friction": 1.5 * np.tanh(v / 2e-3),
             "z2v": 1e6 * z**2 * v,
+            "absorber": 200 * (z - h) + 0.6 * (v - late),
         }.get(what, 0.0)
         slow = {"maxwell": 400 * v - h / 0.05, "hysteresis": 900 * v - 600 * abs(v) * h}.get(what, 0.0)
-        return [v, (drive(at) - 4 * v - 1500 * z - more) / 1.2, slow]
+        if what == "absorber":
+            slow = late
+        return [v, (drive(at) - 4 * v - 1500 * z - more) / 1.2, slow, more / 0.1]
 
-    x = solve_ivp(rate, (0, time[-1]), [0, 0, 0], t_eval=time, rtol=1e-7, atol=1e-9, max_step=0.004).y
+    x = solve_ivp(rate, (0, time[-1]), [0, 0, 0, 0], t_eval=time, rtol=1e-7, atol=1e-9, max_step=0.004).y
     z = x[0] + rng.normal(0, noise, n)
     return Case(None, "oscillator", (Recording("run", None, "fit", {"t": time, "u": force}, {"y": z}),))
 
@@ -77,6 +80,7 @@ def recorded(what: str, noise: float = 2e-5, n: int = 1500) -> Case:
         ("nothing", set()),
         ("maxwell", {"maxwell_branch"}),
         ("friction", {"coulomb_friction"}),
+        ("absorber", {"second_mode"}),
         pytest.param("hysteresis", {"second_dahl_element"}, marks=pytest.mark.slow),
     ],
 )

@@ -1,5 +1,6 @@
-"""Memories of a motion that is not recorded but follows from what drives the model: an oscillator under a
-force, a loudspeaker under a voltage. Where displacement and speed are themselves integrated, so are these.
+"""Memories and resonances of a motion that is not recorded but follows from what drives the model: an
+oscillator under a force, a loudspeaker under a voltage. Where displacement and speed are themselves
+integrated, so are these.
 
 Time domain. Ports whose displacement is recorded have laws that are exact between samples (`viscoelastic`,
 `friction`).
@@ -12,6 +13,7 @@ from sympy import Symbol
 
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, at_start, unit_of
 from modelgen.effects.friction import SLIPPED, coulomb_friction, second_dahl_element
+from modelgen.effects.resonance import second_mode
 from modelgen.effects.viscoelastic import maxwell_branch
 from modelgen.language import Abs, Model, Parameter, Port, State, sign, sqrt
 
@@ -102,6 +104,35 @@ coulomb_driven = replace(
 )
 
 
+def _hung(model: Model, port: Port, p: Values) -> Model:
+    """M_2 x'' = M_2 (ω_2² (z − x) + (ω_2/Q)(v − x')), which the port feels. At first it moves along."""
+    z, v = port["z"], port["v"]
+    x, u = (Symbol(f"second_mode_{n}", real=True) for n in ("x", "u"))
+    pull = p["omega_2"] * (p["omega_2"] * (z - x) + (v - u) / p["Q"])
+    unit, speed = unit_of(model, z), unit_of(model, v)
+    states = (
+        State(x.name, at_start(model, z), rate=u, unit=unit, text="where the mass is", substeps=SUBSTEPS),
+        State(u.name, at_start(model, v), rate=pull, unit=speed, text="its speed", substeps=SUBSTEPS),
+    )
+    return model.extend(port.equation, lambda F: F + p["M_2"] * pull, statements=states)
+
+
+hung_mass = Effect(
+    "second_mode",
+    ("force",),
+    second_mode.says,
+    second_mode.source,
+    (Strength("M_2", "{port}*s**2/({z})", text="mass of the resonator"),),
+    _hung,
+    (
+        Shape("omega_2", "rad/s", "omega", 3.0, 1.5, 16, text="its resonance when its foot is held"),
+        Shape("Q", "1", "1", 1.0, 50.0, 3, text="its quality factor"),
+    ),
+    needs=("z", "v"),
+    lacks=RECORDED,
+)
+
+
 def _power_law(model: Model, port: Port, p: Values) -> Model:
     z = port["z"]
     unit = Parameter("unit_level", unit_of(model, z), 1.0, (0.5, 2.0), "the unit of z", known=True)
@@ -150,6 +181,6 @@ added_stiffness = Effect(
 )
 
 EFFECTS = (
-    maxwell_driven, second_dahl_driven, coulomb_driven, power_law_stiffness, laminar_then_root,
+    maxwell_driven, second_dahl_driven, coulomb_driven, hung_mass, power_law_stiffness, laminar_then_root,
     added_stiffness,
 )  # fmt: skip

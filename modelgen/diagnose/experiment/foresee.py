@@ -260,7 +260,9 @@ def _motion_noise(setting: Setting, k: int, plan: Plan) -> Noise:
     """What errors recording k has in its displacement, stated or its own, averaged as planned."""
     record, model = setting.case.fit[k], setting.model
     told = input_noise(model, setting.case, record)
-    moved = {i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"} & record.inputs.keys()
+    moved = {
+        i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"
+    } & record.inputs.keys()
     t = record.inputs[model.axis]
     found = {n: noise_std(t, record.inputs[n]) if told[n] is None else told[n] for n in moved}
     return Noise({n: x / plan.averaged**0.5 for n, x in found.items()})
