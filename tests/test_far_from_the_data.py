@@ -207,8 +207,10 @@ def test_a_zero_point_that_drifts_otherwise_in_each_record(tmp_path: Path) -> No
     rng = np.random.default_rng(6)
     text = 'model = "modified_dahl"\nper_recording = ["F_0", "r_0"]\n'
     for name, drift in (("a", 0.05), ("b", -0.03)):
-        z, t = swings(8), 0.02 * np.arange(1500)
-        force = 0.5 * z + 0.02 * np.gradient(z, 0.02) + drift * (1 - np.exp(-t / 12))
+        z, t, r = swings(8), 0.02 * np.arange(1500), np.full(1500, -1.0)
+        for n, dz in enumerate(np.diff(z)):
+            r[n + 1] = np.sign(dz) - (np.sign(dz) - r[n]) * np.exp(-2 * abs(dz))
+        force = 0.5 * z + 0.2 * r + 0.02 * np.gradient(z, 0.02) + drift * (1 - np.exp(-t / 12))
         rows = np.column_stack([t, z, force + 2e-3 * rng.standard_normal(len(z))])
         np.savetxt(tmp_path / f"{name}.csv", rows, delimiter=",", header="t [s],z [mm],F_m [N]", comments="")
         text += f'[[recording]]\nfile = "{name}.csv"\nrole = "fit"\n'

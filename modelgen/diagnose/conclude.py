@@ -17,7 +17,7 @@ from modelgen.diagnose.account.locate import locate
 from modelgen.diagnose.account.show import port_curve, port_sensitivities, traces
 from modelgen.diagnose.account.words import blind_note, bound_note, enough, holdout_note, summary
 from modelgen.diagnose.gate.exact import exact, nothing_left
-from modelgen.diagnose.gate.gate import Gate, judge_adequacy, mean_square, modelled, reach
+from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled, reach
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.likeliest_path import kept_along_path
 from modelgen.diagnose.gate.rather import rather_described
@@ -29,7 +29,7 @@ from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.moderate import moderated
 from modelgen.diagnose.hypotheses.open_shapes import fairly_priced
 from modelgen.diagnose.hypotheses.ranking import Standing, as_ranked, close, standings, weights
-from modelgen.diagnose.hypotheses.refit import Fit, plain_white
+from modelgen.diagnose.hypotheses.refit import Fit, mean_square, plain_white
 from modelgen.diagnose.hypotheses.setting import CLOSE, Outcome, Setting
 from modelgen.diagnose.verdict import Finding, Trial, Verdict
 from modelgen.fit.result import Estimate

@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from modelgen.diagnose.gate.gate import mean_square
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
-from modelgen.diagnose.hypotheses.refit import Fit, plain_white
+from modelgen.diagnose.hypotheses.refit import Fit, mean_square, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
 from modelgen.fit.series import Array
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from modelgen.diagnose.gate.gate import Gate, mean_square
+from modelgen.diagnose.gate.gate import Gate
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE
-from modelgen.diagnose.hypotheses.refit import Fit, plain_white
+from modelgen.diagnose.hypotheses.refit import Fit, mean_square, plain_white
 from modelgen.diagnose.hypotheses.setting import Outcome
 from modelgen.fit.series import Array, Series
 

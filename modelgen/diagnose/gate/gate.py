@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modelgen.diagnose.gate.describe import described
+from modelgen.diagnose.gate.functions import LEVEL
 from modelgen.diagnose.gate.generic import leftover
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import gained_beside
@@ -16,8 +17,9 @@ from modelgen.diagnose.gate.meter import distorted
 from modelgen.diagnose.gate.narrow import narrow
 from modelgen.diagnose.gate.rivals import LEFT, as_leftover, nearer, outdone
 from modelgen.diagnose.gate.unlisted import best_unlisted, refused, with_rivals
+from modelgen.diagnose.gate.wholly import CREDIBLE, FAR, but_noise, wholly_described
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE, standings
-from modelgen.diagnose.hypotheses.refit import Fit, plain_white
+from modelgen.diagnose.hypotheses.refit import Fit, mean_square, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting
 from modelgen.diagnose.noise.noise import FITS, first_order, fitful, scatter
 from modelgen.diagnose.noise.recolour import CONTENDERS, GROSS_ESTIMATED, beyond
@@ -33,8 +35,6 @@ PART = 0.6
 """The same where even the best hypothesis stays far from the data: real records hold many effects, none
 exactly. In records of several simulators names that explained less were wrong, those that explained more
 mostly right."""
-FAR = 1.5
-"""Times the noise that named effects leave from which they may be but the nearest that the catalogue has."""
 LIKELY = 0.25
 """Probability of its kin, less what is missing of the way there, from which such an effect is named all the
 same."""
@@ -43,8 +43,6 @@ SOME, MUCH = 0.3, 0.95
 BETTER = 0.9
 """A description without a catalogue is taken before named effects that gain less than this share of its
 evidence."""
-CREDIBLE = 1.35
-"""A stated noise is believed when the best hypothesis leaves 1/CREDIBLE to CREDIBLE times as much."""
 
 
 @dataclass(frozen=True)
@@ -89,16 +87,18 @@ def judge_adequacy(
     floor = _floor(after, rough, sum(e.size for e in plain), stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
     unknown = _unexplained(outcome, left, gross, explained) and not _better_named(
-        setting, outcome, sensitivities, explained
+        setting, outcome, sensitivities, explained, floor
     )
     if not unknown and best.hypothesis.added and (part := reach(before, after, floor)) < 1.0:
         named = standings(outcome)
         unknown = part * max(x.kin for x in named) < LIKELY
         doubtful = part * max(x.probability for x in named) < LIKELY
         unknown = unknown or (doubtful and nearer(setting, outcome, left))
-    whole = _wholly_described(setting, outcome, sensitivities, floor, unknown)
+    quiet = _floor(after, rough, sum(e.size for e in plain), stated, True)
+    whole = wholly_described(setting, outcome, sensitivities, min(floor, quiet), unknown, after)
     if whole is not None:
         unknown, left = True, whole
+        floor = min(floor, quiet) if setting.model.is_time_model else floor
     rival = None if whole is not None else outdone(setting, outcome)
     other = None if unknown else _imitated(setting, outcome, sensitivities) or narrow(outcome)
     notes: tuple[str, ...] = ()
@@ -174,43 +174,23 @@ def reach(before: float, after: float, floor: float) -> float:
 
 
 def _better_named(
-    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], explained: float
+    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], explained: float, floor: float
 ) -> bool:
     """Whether named effects, though they leave a part, are a better account of the recordings than anything
-    that describes the whole: real records hold many effects, none exactly."""
+    that describes the whole: real records hold many effects, none exactly.
+
+    A channel that levels off looks like a material that softens: it has to be all that there is.
+    """
     least = SOME if setting.model.is_time_model else MUCH
     if explained <= least or outcome.judge.temper > 1.0 or not outcome.best.hypothesis.added:
         return False
     whole = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
     terms = described(setting, outcome, whole)
+    if terms is not None and whole.terms[0] == LEVEL and not but_noise(terms, floor):
+        terms = None
     unlisted = best_unlisted(outcome)
     modelled = max((outcome.base.bic - f.bic for f in (terms, unlisted) if f is not None), default=0.0)
     return _gained(setting, outcome, outcome.best) > max(whole.gain, modelled) - CLOSE
-
-
-def _wholly_described(
-    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], floor: float, unknown: bool
-) -> Leftover | None:
-    """Functions of displacement and speed, or a distortion of a sweep's meter, that leave but noise, where
-    even the best named effects stay far from the recordings."""
-    best, far = outcome.best, outcome.judge.temper > 1.0 and bool(outcome.best.hypothesis.added)
-    if not setting.model.is_time_model:
-        return _by_the_meter(outcome, floor) if far or unknown else None
-    if unknown or not far:
-        return None
-    whole = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
-    terms = described(setting, outcome, whole)
-    if terms is None or best.bic - terms.bic < LEFT:
-        return None
-    return whole if mean_square(plain_white(terms)) < CREDIBLE**2 * floor else None
-
-
-def _by_the_meter(outcome: Outcome, floor: float) -> Leftover | None:
-    """A distortion of the meter, if it leaves but noise."""
-    found = distorted(outcome.judge, outcome.base)
-    count = sum(np.count_nonzero(e) for e in outcome.base.white)
-    left = (outcome.base.chi2 - found.chi2) / max(count, 1)
-    return found if found.gain > LEFT and left < CREDIBLE**2 * floor else None
 
 
 def _imitated(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array]) -> Leftover | None:
@@ -262,12 +242,6 @@ def _floor(after: float, scatter: float, count: int, stated: bool, far: bool) ->
     if far:
         return min(after, max(scatter, 1.0 if stated else 0.0))
     return 1.0 if stated and (count < 60 or 1 / CREDIBLE**2 < after < CREDIBLE**2) else after
-
-
-def mean_square(white: Sequence[Array]) -> float:
-    used = np.concatenate([e.ravel() for e in white])
-    used = used[used != 0]
-    return float(np.mean(used**2)) if used.size else 1.0
 
 
 def _noise_words(setting: Setting, outcome: Outcome, after: float, stated: bool) -> str:

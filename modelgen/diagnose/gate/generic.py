@@ -34,12 +34,20 @@ def leftover(model: Model, judge: Judge, fit: Fit, sensitivities: Mapping[str, A
 
     `gain` is 0 with empty words when no description gains anything.
     """
+    return likeliest(model, descriptions(model, judge, fit, sensitivities))
+
+
+def descriptions(model: Model, judge: Judge, fit: Fit, sensitivities: Mapping[str, Array]) -> list[Leftover]:
+    """All that may describe what the fit leaves, one of each kind."""
     if model.is_time_model:
-        found = _in_time(model, judge, fit)
-    elif all(s.measure == "real" for s in fit.hypothesis.experiment.series):
-        found = [together(judge, fit)]
-    else:
-        found = _in_frequency(judge, fit, Tangent.of(*judge.tangent(fit)), sensitivities)
+        return _in_time(model, judge, fit)
+    if all(s.measure == "real" for s in fit.hypothesis.experiment.series):
+        return [together(judge, fit)]
+    return _in_frequency(judge, fit, Tangent.of(*judge.tangent(fit)), sensitivities)
+
+
+def likeliest(model: Model, found: Sequence[Leftover]) -> Leftover:
+    """The one that gains most."""
     best = max(found, key=lambda x: x.gain, default=Leftover(0.0, 0.0, "", ""))
     if best.says or not model.is_time_model:
         return best

@@ -61,6 +61,12 @@ def plain_white(fit: Fit) -> list[Array]:
     return [replace(s.whitener, ar=None).apply(e.raw(fit.theta, k)) for k, s in enumerate(e.series)]
 
 
+def mean_square(white: Sequence[Array]) -> float:
+    used = np.concatenate([e.ravel() for e in white])
+    used = used[used != 0]
+    return float(np.mean(used**2)) if used.size else 1.0
+
+
 def misfit(fit: Fit) -> float:
     """Sum of squares of residuals over the noise's level, whatever the colour of what is left."""
     return float(sum(np.sum(e**2) for e in plain_white(fit)))

@@ -1,0 +1,71 @@
+"""One function of what is known that accounts for all of the recordings, where named effects do not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from modelgen.diagnose.gate.describe import described
+from modelgen.diagnose.gate.functions import LEVEL
+from modelgen.diagnose.gate.generic import descriptions, likeliest
+from modelgen.diagnose.gate.leftover import Leftover
+from modelgen.diagnose.gate.meter import distorted
+from modelgen.diagnose.gate.rivals import LEFT
+from modelgen.diagnose.hypotheses.refit import Fit, mean_square, plain_white
+from modelgen.diagnose.hypotheses.setting import Outcome, Setting
+from modelgen.diagnose.noise.recolour import own_colours
+from modelgen.fit.series import Array
+
+FAR = 1.5
+"""Times the noise that named effects leave from which they may be but the nearest that the catalogue has."""
+CREDIBLE = 1.35
+"""A stated noise is believed when the best hypothesis leaves 1/CREDIBLE to CREDIBLE times as much."""
+
+
+def wholly_described(
+    setting: Setting,
+    outcome: Outcome,
+    sensitivities: Mapping[str, Array],
+    floor: float,
+    unknown: bool,
+    after: float,
+) -> Leftover | None:
+    """Functions of displacement and speed, or a distortion of a channel, that leave but noise, where even the
+    best named effects, which leave `after` in the mean square, stay far from the recordings."""
+    best = outcome.best
+    far = bool(best.ids) and (outcome.judge.temper > 1.0 or after > FAR**2 * floor)
+    if not setting.model.is_time_model:
+        far = far and outcome.judge.temper > 1.0
+        return _by_the_meter(outcome, floor) if far or unknown else None
+    if unknown or not far:
+        return None
+    found = descriptions(setting.model, outcome.judge, outcome.base, sensitivities)
+    whole = likeliest(setting.model, found)
+    # a channel's end is an account of one number; beside a colour, what smooth terms leave is likelier
+    ends = [x for x in found if x.terms[:1] == (LEVEL,) and x.chi2 > whole.chi2]
+    for left in (whole, *ends):
+        terms = described(setting, outcome, left)
+        if terms is None or not but_noise(terms, floor):
+            continue
+        fits = (best, terms)  # a colour that the named effects have left is no noise of the terms'
+        own = (
+            own_colours(setting, outcome.judge, fits)
+            if outcome.judge.temper == 1.0
+            else [f.bic for f in fits]
+        )
+        if own[0] - own[1] > LEFT:
+            return left
+    return None
+
+
+def but_noise(f: Fit, floor: float) -> bool:
+    return mean_square(plain_white(f)) < CREDIBLE**2 * floor
+
+
+def _by_the_meter(outcome: Outcome, floor: float) -> Leftover | None:
+    """A distortion of the meter, if it leaves but noise."""
+    found = distorted(outcome.judge, outcome.base)
+    count = sum(np.count_nonzero(e) for e in outcome.base.white)
+    left = (outcome.base.chi2 - found.chi2) / max(count, 1)
+    return found if found.gain > LEFT and left < CREDIBLE**2 * floor else None
