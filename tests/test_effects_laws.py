@@ -255,6 +255,17 @@ def test_a_rod_that_loses_energy_has_a_mass_that_does_not() -> None:
     assert np.all(np.abs((new - K).imag) < 1e-5 * np.abs((new - K).real))
 
 
+def test_a_rod_of_which_a_third_is_counted_differs_by_its_waves_alone() -> None:
+    """K (kl cot kl + (kl)²/3) = K − ω⁴ m²/(45 K) − …"""
+    whole, counted = (find("distributed_rod", "stiffness", n) for n in ("tau2", "tau2_third"))
+    tau2 = (0.1 / w.max()) ** 2
+    K, rest = at_port(counted, "magnetostrictive_transducer", tau2_third=tau2)
+    m = K.real * tau2
+    assert np.allclose(rest, K - w**4 * m**2 / (45 * K), rtol=1e-8)
+    _, full = at_port(whole, "magnetostrictive_transducer", tau2=tau2)
+    assert np.allclose(rest - full, w**2 * m / 3, rtol=1e-5)
+
+
 def test_radiation_is_a_mass_below_and_a_resistance_above() -> None:
     e = find("radiation_load", "mechanical_impedance")
     old, new = at_port(e, R=3.0, tau=1e-7)

@@ -215,6 +215,20 @@ def _rod(lossy: bool) -> Effect:
 
 distributed_rod, lossy_rod = _rod(False), _rod(True)
 
+counted_rod = replace(
+    distributed_rod,
+    says=f"{distributed_rod.says}; a third of the rod's mass is in the moving mass already",
+    source="Lord Rayleigh, The Theory of Sound I (1877), sec. 156: a third of a spring's mass; "
+    + distributed_rod.source,
+    strengths=(replace(distributed_rod.strengths[0], name="tau2_third"),),
+    apply=change(
+        lambda K, at, p: (
+            K * xcotx(at["omega"] ** 2 * p["tau2_third"] / _lossy(K))
+            + at["omega"] ** 2 * p["tau2_third"] * re(K) / 3
+        )
+    ),
+)
+
 moving_rod = Effect(
     "distributed_rod",
     ("mechanical_impedance",),
@@ -280,6 +294,5 @@ swinging_mass = Effect(
 )
 
 EFFECTS = (
-    *MODES, *JOINTS, distributed_rod, moving_rod,
-    lossy_rod, swinging_mass,
+    *MODES, *JOINTS, distributed_rod, counted_rod, moving_rod, lossy_rod, swinging_mass,
 )  # fmt: skip
