@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from modelgen.diagnose.gate.functions import LEVEL, WAVE
+from modelgen.diagnose.gate.functions import LEVEL, LINE, WAVE
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.hypothesis import Addition, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
 from modelgen.effects import Effect, Shape, Strength
 from modelgen.effects.effect import ANY, add, change
-from modelgen.language import Abs, Max, Port, cos, j, sign, sin
+from modelgen.language import Abs, Max, Port, cos, j, pi, sign, sin
 
 SOURCE = "a description, no law"
 Term = tuple[int, int, Callable[[Any, Any], Any]]
@@ -51,12 +51,13 @@ def described(setting: Setting, outcome: Outcome, left: Leftover) -> Fit | None:
     port = next(iter(effect.fits(setting.model)), None)
     if port is None:
         return None
-    a = Addition(effect, port, {q.name: (q.low, q.high) for q in effect.shapes})
+    names = tuple(s.name for s in setting.series) if effect.each else ()
+    a = Addition(effect, port, {q.name: (q.low, q.high) for q in effect.shapes}, names)
     made = make_hypotheses(setting.model, setting.case, setting.series, [(a,)])
     if not made:
         return None
     base, h = outcome.base, made[0]
-    begin = [{q.name: float(np.sqrt(q.low * q.high)) for q in effect.shapes}]
+    begin: list[dict[str, float]] = [{q.name: float(np.sqrt(q.low * q.high)) for q in effect.shapes}]
     if left.terms[0] == LEVEL:
         begin = [{"bend": 1 / abs(left.terms[1]), "n": n} for n in BENDS]
     starts = [{f"{a.id}_{n}": x for n, x in values.items()} for values in begin]
@@ -71,6 +72,8 @@ def _effect(setting: Setting, left: Leftover, port: Port) -> Effect | None:
     name, which, *side = left.terms
     if name == WAVE:
         return wave(id, port, which)
+    if name == LINE:
+        return humming(id, port, which)
     if name == LEVEL:
         return levelling(id, port, which, *side) if which * side[0] > 0 else None
     return powers(id, port, POWERS[name]) if name in POWERS else None
@@ -90,6 +93,28 @@ def wave(id: str, port: Port, kappa: float, harmonics: int = 2) -> Effect:
 
     says = "a wave over displacement that describes what is left"
     return Effect(id, (port.kind,), says, SOURCE, strengths, add(terms), (shape,), ("z",))
+
+
+ORDERS = 3
+"""Harmonics that a line over time is described by."""
+
+
+def humming(id: str, port: Port, f: float) -> Effect:
+    """Σ a_k cos 2πkft + b_k sin 2πkft, of other amplitudes in each recording."""
+    orders = range(1, ORDERS + 1)
+    strengths = tuple(
+        Strength(f"{n}_{k}", "{port}", bounds=ANY, text="amplitude") for k in orders for n in "ab"
+    )
+    shape = Shape("f", "1/s", "1", f / 1.01, 1.01 * f, text="its frequency")
+
+    def terms(at: Port, p: Any) -> Any:
+        turns = ((k, 2 * pi * k * p["f"] * at["t"]) for k in orders)
+        return sum(p[f"a_{k}"] * cos(x) + p[f"b_{k}"] * sin(x) for k, x in turns)
+
+    says = "a wave in time and its harmonics describe what is left"
+    return Effect(
+        id, (port.kind,), says, SOURCE, strengths, add(terms), (shape,), ("t",), each=True, first=True
+    )
 
 
 BENDS = (3.0, 10.0)

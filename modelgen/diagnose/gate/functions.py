@@ -29,6 +29,8 @@ PITCHES = np.arange(1.0, 80.0, 0.5)
 WAVE = "wave"
 """A term of one of them, by its wave number."""
 
+LINE = "line"
+"""A wave in time, by its frequency [Hz]."""
 LEVEL = "level"
 """A distortion of a channel, by where it begins."""
 LEVELS = (0.3, 0.5, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995)

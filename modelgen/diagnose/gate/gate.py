@@ -144,8 +144,14 @@ def modelled(setting: Setting, outcome: Outcome, gate: Gate) -> Gate:
     terms = described(setting, outcome, gate.leftover)
     other = best_unlisted(with_rivals(setting, outcome))
     if other is None or outcome.base.bic - other.bic < ALARM or (terms is not None and terms.bic < other.bic):
-        return replace(gate, fit=terms)
+        return gate if terms is None else _levelled(replace(gate, fit=terms), terms)
     return replace(gate, fit=other, leftover=as_leftover(outcome, other, gate.leftover.gain))
+
+
+def _levelled(gate: Gate, terms: Fit) -> Gate:
+    """The gate with no more noise than a description leaves: from sample to sample a hum looks like it."""
+    floor = min(gate.floor, mean_square(plain_white(terms)))
+    return replace(gate, floor=floor, scale=float(np.sqrt(floor)))
 
 
 def _smooth(setting: Setting, outcome: Outcome) -> bool:

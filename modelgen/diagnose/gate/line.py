@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from modelgen.diagnose.gate.functions import LINE
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
@@ -111,7 +112,7 @@ def line(model: Model, fit: Fit, n: int) -> Leftover:
         return Leftover(0.0, 0.0, "sensor", "")
     gain = chi2 - (2 * len(series) + 1) * float(np.log(n)) - 2 * float(np.log(len(grid)))
     says = f"a line at {f:.4g} Hz that does not follow the motion"
-    return Leftover(gain, chi2, "sensor", says, line=f)
+    return Leftover(gain, chi2, "sensor", says, (LINE, f), line=f)
 
 
 def gained_beside(judge: Judge, base: Fit, best: Fit, f: float) -> float:
