@@ -101,6 +101,8 @@ def test_a_line_in_the_force_is_unknown_and_not_physics_of_the_sample(tmp_path: 
     _, v = verdict(tmp_path, 102, kind="novel", domain="force", d2=(60, 1e4))
     assert v.effects[0].id == "unknown_sensor"
     assert "line" in v.effects[0].says
+    assert v.after.fit_over_noise == pytest.approx(1, abs=0.1) and v.before.fit_over_noise > 1.2
+    assert v.after.holdout_over_noise < 0.9 * v.before.holdout_over_noise
 
 
 @pytest.mark.parametrize(
