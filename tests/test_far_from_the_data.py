@@ -220,3 +220,4 @@ def test_a_zero_point_that_drifts_otherwise_in_each_record(tmp_path: Path) -> No
     assert v.after.fit_over_noise == pytest.approx(1, abs=0.1)
     rates = {e.name: e.value for e in v.effects[0].parameters}
     assert rates["d_own[a]"] > 0 > rates["d_own[b]"]
+    assert "(per_recording) of offset_drift_d_own" in Path(str(v.extended_model)).read_text()

@@ -30,6 +30,9 @@ def extended(
 
     path = out / f"{setting.model.id}_extended.py"
     note = f"{setting.model.id} with {', '.join(best.ids)}, found by modelgen diagnose"
+    own = [n for a in best.hypothesis.added if a.repeats for n in a.shared]
+    if own:
+        note += f".\nEach recording has values of its own (per_recording) of {', '.join(own)}"
     write_atomically(path, to_python(model, note=note), parents=True)
     generate(model, out)
     return law, str(path)
