@@ -961,6 +961,16 @@ def test_a_late_displacement_shows_the_force_early(tau: float, even: bool) -> No
     assert np.abs(shown - 0.5 - wobble(t + tau))[3:].max() < 1e-3 * effect
 
 
+@pytest.mark.parametrize("tau", [5e-4, 7e-3])
+def test_behind_a_late_displacement_friction_turns_earlier(tau: float) -> None:
+    t, base = np.linspace(0, 4, 1601), {"k_D": 1.0, "c_D": 0.02, "h_D": 0.3, "rho": 4.0, "r_0": 0.2}
+    seen, true = record(t, wobble), record(t, lambda x: wobble(x + tau))
+    shown = force(find("sensor_delay", "displacement", "tau_d"), seen, base, tau_d=tau)
+    wanted = force(find("inertia", "force"), true, base, M=0.0)
+    effect = np.abs(wanted - force(find("inertia", "force"), seen, base, M=0.0)).max()
+    assert np.abs(shown - wanted).max() < 0.02 * effect
+
+
 def test_drifts_start_at_the_first_sample_and_settle() -> None:
     t = np.linspace(100, 110, 201)
     motion = record(t, lambda x: np.sin(2 * np.pi * (x - 100)))

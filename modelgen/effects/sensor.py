@@ -6,8 +6,20 @@ from typing import Any
 
 from sympy import Rational, Symbol
 
-from modelgen.effects.effect import ANY, RARER, Apply, Effect, Shape, Strength, Values, at_start, change
-from modelgen.language import Abs, Max, Model, Piecewise, Port, State, cos, exp, j, sin, sqrt
+from modelgen.effects.clearance import MOTION, inner, moved
+from modelgen.effects.effect import (
+    ANY,
+    RARER,
+    Apply,
+    Effect,
+    Shape,
+    Strength,
+    Values,
+    at_start,
+    change,
+    unit_of,
+)
+from modelgen.language import Abs, Equation, Max, Model, Piecewise, Port, State, cos, exp, j, sin, sqrt
 
 LATE = "one channel is recorded later than the other"
 LAG = "the force channel has a low-pass filter"
@@ -213,13 +225,50 @@ def _early(model: Model, port: Port, p: Values) -> Model:
     return model.extend(port.equation, lambda F: F + Symbol("early_y", real=True), statements=memory)
 
 
-late_displacement = replace(
+early_force = replace(
     sensor_delay,
     says="the displacement is recorded later than the force",
     source="I. Newton, Methodus differentialis (1711): divided differences",
     strengths=(Strength("tau_z", "s", text="delay of the displacement"),),
     apply=_early,
     common=1.0,
+)
+
+
+def _ahead(model: Model, port: Port, p: Values) -> Model:
+    """The sample moves by z + τ z' + τ² z''/2 of what is recorded, and turns where that does: on a parabola
+    between two samples. At rests noise makes turns of its own, which a hysteresis remembers: there the force
+    as a whole (`_early`) is the better account."""
+    z, v, _, _ = (inner(model, port, k) for k in MOTION)
+    a, h, (tau,) = port["a"], port["t"] - port["t_prev"], p.values()
+    unit, speed = unit_of(model, port["z"]), unit_of(model, port["v"])
+    place, rate = z + tau * (v + tau * a / 2), v + tau * a
+    last, last_rate = (Symbol(f"ahead_{n}", real=True) for n in ("z", "v"))
+    was = Equation("ahead_z_before", last, unit, text="where the sample was one sample before")
+    slope = Equation("ahead_v_before", last_rate, speed, text="its speed then")
+    begin = [at_start(model, port[k]) for k in ("z", "v")]
+    first = begin[0] + tau * (begin[1] + tau * a / 2), begin[1] + tau * a
+    turns = slope.symbol * rate < 0
+    beyond = slope.symbol**2 * h / (2 * Piecewise((slope.symbol - rate, turns), (1, True)))
+    between = (
+        was,
+        slope,
+        State(last.name, first[0], place, unit=unit, text="where the sample is"),
+        State(last_rate.name, first[1], rate, unit=speed, text="its speed"),
+    )
+    turn = was.symbol + Piecewise((beyond, turns), (0, True))
+    motion = {"z": place, "v": rate, "z_prev": was.symbol, "z_turn": turn}
+    return moved(model, port, between, motion)
+
+
+late_displacement = replace(
+    early_force,
+    kinds=("displacement",),
+    source="B. Taylor, Methodus incrementorum (1715); exact of a Butterworth filter of second order, "
+    "1 + jωτ + (jωτ)²/2",
+    strengths=(Strength("tau_d", "s", text="delay of the displacement"),),
+    apply=_ahead,
+    needs=(*MOTION, "a", "t", "t_prev"),
 )
 
 # With z the all-pass's y, P z = τ F', the mean F/P is F − (P − 1) F/P = F − (z/2 + τ z'/12).
@@ -231,6 +280,6 @@ smoothed_force = replace(
 )
 
 EFFECTS = (
-    delay_of_response, lag_of_response, smoothed_response, sensor_delay, late_displacement, force_sensor_lag,
-    smoothed_force, rectified_sensor, sensor_creep,
+    delay_of_response, lag_of_response, smoothed_response, sensor_delay, early_force, late_displacement,
+    force_sensor_lag, smoothed_force, rectified_sensor, sensor_creep,
 )  # fmt: skip

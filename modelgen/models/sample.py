@@ -49,7 +49,7 @@ F = Equation("F", Equation("F_r", 0, "N").symbol, "N", text="what the force sens
 
 AT = {"z": z_D, "v": v_D, "z_prev": z_D_prev, "z_turn": z_D_turn, "t": t, "t_prev": t_prev, "a": a}
 PORTS = (
-    ("displacement", "displacement", "z_D", "z v z_prev z_turn t t_prev"),
+    ("displacement", "displacement", "z_D", "z v z_prev z_turn t t_prev a"),
     ("force", "force", "F_r", "z v z_prev z_turn t t_prev a"),
     ("force", "friction", "h_f", "v z z_prev z_turn t t_prev r"),
     ("force", "spring", "k_f", "z v z_prev z_turn t t_prev"),
