@@ -22,6 +22,7 @@ POOL = 12  # half-width of the neighbourhood of a window that is tested together
 SPREAD = 0.3  # standard deviation of the mean square of the some 2 POOL windows in it
 POOLED = 2.5  # largest mean square excess over it, in variances
 CORNER = 30.0  # sum of squares beyond the fit, in variances, from which a corner is seen in it
+SWEPT, NEARBY = 3.0, 13  # steps from sample to sample, in the mean nearby, whose rounding errors are white
 FUNDAMENTAL = 0.64  # amplitude of a sawtooth's first harmonic: what rounding makes of a ramp
 NARROWER = 7  # samples of the interpolating polynomial before the last one
 BENT = (
@@ -45,12 +46,15 @@ class Smooth:
 def smooth(z: Array, std: float, bound: float) -> Smooth:
     """Local quintics of z, shape (n,), each over the widest window that the noise allows.
 
-    std: of white noise. bound: size of an error that isn't white (half the step of an encoder), or 0.
+    std: of white noise. bound: size of an error that isn't white (half the step of an encoder) where the
+    record moves slowly, or 0.
     A window is widened as long as the two polynomials beyond the fitted ones find nothing but noise in it, at
     this sample and on average around it. From one width to the next the estimates are faded over, so that
     neither z nor v jumps.
     """
     n = z.size
+    moves = _running_mean(np.abs(np.diff(z, prepend=z[0])), NEARBY)
+    bounds = np.where(moves > 2 * SWEPT * bound, 0.0, bound)
     fit = local_fit(z, min(EXACT, n), min(EXACT, n) - 1)
     value, gain, window = fit.value.copy(), fit.gain.copy(), np.full(n, min(EXACT, n) // 2, dtype=float)
     good, half, missed = np.ones(n, dtype=bool), min(EXACT, n) // 2, np.zeros((3, n))
@@ -59,14 +63,14 @@ def smooth(z: Array, std: float, bound: float) -> Smooth:
         if 2 * wider + 1 > n:
             break
         last, fit = fit, local_fit(z, 2 * wider + 1, DEGREE)
-        good &= _only_noise(fit, wider, std, bound)
+        good &= _only_noise(fit, wider, std, bounds)
         weight = _fade(good, max(1, wider // 3))
         if not weight.any():
             break
         value += weight * (fit.value - last.value)
         gain += weight * (fit.gain - last.gain)
         window += weight * (wider - half)
-        beyond = np.hypot(_missed(fit, wider, std), _cornered(fit, wider, std, bound, good))
+        beyond = np.hypot(_missed(fit, wider, std), _cornered(fit, wider, std, bounds, good))
         missed += weight * (beyond - missed)
         bent *= 1 - weight
         half = wider
@@ -109,12 +113,12 @@ def _missed(fit: LocalFit, half: int, std: float) -> Array:
     return np.asarray(np.sqrt(np.maximum(pooled - (1 + SPREAD), 0.0) * noise))
 
 
-def _cornered(fit: LocalFit, half: int, std: float, bound: float, good: NDArray[np.bool_]) -> Array:
+def _cornered(fit: LocalFit, half: int, std: float, bound: Array, good: NDArray[np.bool_]) -> Array:
     """(3, n) errors of the fit about corners that are seen in what is beyond it, though not for sure: where
     that is largest, and as large as a corner makes it."""
     error, response = _corner(half)
     power = np.sum(fit.excess**2, axis=0)
-    least = max(CORNER * std**2, (FUNDAMENTAL * bound * fit.reach) ** 2)
+    least = np.maximum(CORNER * std**2, (FUNDAMENTAL * bound * fit.reach) ** 2)
     found = np.zeros((3, power.size + 2 * half))
     seen = np.flatnonzero(good & (power > least))
     ends = np.pad(power, ((half + 1) // 2, half // 2))
@@ -135,10 +139,10 @@ def _corner(half: int) -> tuple[Array, float]:
     return error[:, 2 * half : 4 * half + 1], float(np.sum(fit.excess**2, axis=0).max())
 
 
-def _only_noise(fit: LocalFit, half: int, std: float, bound: float) -> NDArray[np.bool_]:
+def _only_noise(fit: LocalFit, half: int, std: float, bound: Array) -> NDArray[np.bool_]:
     """Where the coefficients beyond the fit look like noise, one by one and on average around."""
     square = fit.excess**2
-    limit = max(PEAK * std, bound * fit.reach) ** 2
+    limit = np.maximum(PEAK * std, bound * fit.reach) ** 2
     single = square.max(axis=0) < limit
     np.minimum(square, 2 * limit, out=square)  # a huge one must not cost the running sum its digits
     pooled = _running_mean(square.mean(axis=0), POOL * half)

@@ -20,10 +20,11 @@ from modelgen.diagnose.hypotheses.evidence import deviance
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.fit.colour import noise_like
-from modelgen.fit.series import Series, input_noise
+from modelgen.fit.series import Array, Series, input_noise
 from modelgen.fit.whitener import Whitener
 from modelgen.language import Model
 from modelgen.recordings import Case
+from modelgen.recordings.noise import quantum
 
 TIMES = 3
 """Replicas of either rival: enough to tell a lead that the noise gives from one that the effect gives."""
@@ -62,7 +63,7 @@ def replicas(
         sigma = told[moved]
         if sigma is None:
             sigma = kinematics(recording.inputs[model.axis], recording.inputs[moved], None).sigma_z
-        path = s.inputs[moved] + sigma * rng.standard_normal(s.n)
+        path = _recorded(s.inputs[moved], recording.inputs[moved], sigma, rng)
         inputs, _ = complete_inputs(model, {**recording.inputs, moved: path}, {**told, moved: sigma})
         force = s.data + e.raw(parent.theta, k)
         share = np.ones(s.n) if w.share is None else np.maximum(w.share, 1e-6)
@@ -70,6 +71,16 @@ def replicas(
         own = replace(w, ar=None).apply(e.raw(parent.theta, k))
         made.append(replace(s, inputs=inputs, data=force + level * noise_like(w, own, rng)))
     return tuple(made)
+
+
+def _recorded(path: Array, like: Array, sigma: float, rng: np.random.Generator) -> Array:
+    """A path (n,) as it would be recorded: with noise, in steps where the record is `like` that."""
+    step = quantum(like)
+    if sigma >= step:
+        return path + sigma * rng.standard_normal(len(path))
+    noise = float(np.sqrt(max(0.0, sigma**2 - step**2 / 12)))
+    x = (path + noise * rng.standard_normal(len(path)) - like[0]) / step
+    return np.asarray(like[0] + step * np.round(x))
 
 
 def on(h: Hypothesis, series: Sequence[Series]) -> Hypothesis:
