@@ -25,15 +25,24 @@ cell = Model(
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("tau", [0.0, 3.0])
-def test_diffusion_is_named(tau: float) -> None:
+@pytest.mark.parametrize("where", ["far", "through", "layer", "grains"])
+def test_diffusion_is_named(where: str) -> None:
     rng, hertz = np.random.default_rng(2), np.geomspace(1e4, 1e-2, 61)
     s = 2j * np.pi * hertz
-    diffusion = 0.03 * np.tanh(np.sqrt(s * tau)) / np.sqrt(s * tau) if tau else 0.01 / np.sqrt(s)
+    x = np.sqrt(s * 3.0)
+    diffusion = {
+        "far": 0.01 / np.sqrt(s),
+        "through": 0.03 * np.tanh(x) / x,
+        "layer": 0.02 / (x * np.tanh(x)),
+        "grains": 0.01 / (x / np.tanh(x) - 1),
+    }[where]
     true = 0.018 + 1 / (1 / (0.045 + diffusion) + s * 0.4)
     true = true * (1 + 2e-3 * (rng.normal(size=61) + 1j * rng.normal(size=61)))
     found = diagnose(Case(None, "cell", (Recording("eis", None, "fit", {"f": hertz}, {"Z": true}),)), cell)
     assert [e.id for e in found.effects] == ["warburg_diffusion"]
+    assert {"through": "layer that ends", "layer": "coth", "grains": "grains"}.get(
+        where, ""
+    ) in found.effects[0].says
 
 
 def test_leads_of_a_cell_are_in_series_with_all_of_it() -> None:
@@ -53,6 +62,6 @@ def test_leads_of_a_cell_are_in_series_with_all_of_it() -> None:
 
 def test_what_moves_has_no_diffusion() -> None:
     laws = [e for e in CATALOGUE if e.id == "warburg_diffusion"]
-    assert all(e.fits(cell) for e in laws) and len(laws) == 2
+    assert all(e.fits(cell) for e in laws) and len(laws) == 4
     for id in ("electrodynamic_transducer", "magnetostrictive_transducer", "piezoelectric_transducer"):
         assert not any(e.fits(load(id)) for e in laws)
