@@ -26,9 +26,10 @@ temperature_drift = Effect(
 
 
 def _softer(model: Model, port: Port, p: Values) -> Model:
+    beta, tau = p.values()
     for q in (port, *(q for q in model.ports if q.kind == "friction")):
         at = replace(port, equation=q.equation)  # a port of friction needs not tell the time
-        model = settling("material_warming", model, at, p["tau_w"], lambda x, s: x * (1 + p["beta_w"] * s))
+        model = settling("material_warming", model, at, tau, lambda x, s: x * (1 + beta * s))
     return model
 
 
@@ -40,6 +41,16 @@ material_warming = replace(
     shapes=(replace(SETTLES, name="tau_w"),),
     also=("friction",),
     common=0.5,
+)
+
+
+own_warming = replace(
+    material_warming,
+    says=f"{WHOLE}, otherwise in each record",
+    strengths=(replace(temperature_drift.strengths[0], name="beta_own"),),
+    shapes=(replace(SETTLES, name="tau_own"),),
+    each=True,
+    first=True,
 )
 
 
@@ -103,4 +114,6 @@ material_heating = replace(
     also=("friction",),
 )
 
-EFFECTS = (temperature_drift, material_warming, dashpot_warming, self_heating, material_heating)
+EFFECTS = (
+    temperature_drift, material_warming, own_warming, dashpot_warming, self_heating, material_heating,
+)  # fmt: skip
