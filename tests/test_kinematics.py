@@ -384,3 +384,39 @@ def test_weights_of_a_window_are_savitzkys_and_golays(length: int, degree: int) 
 @given(st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=60))
 def test_the_nearest_path_that_never_falls(x: list[float]) -> None:
     assert np.allclose(rising(np.array(x)), isotonic_regression(x).x, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_steps_and_rests_at_uneven_times_have_a_motion(seed: int) -> None:
+    """Whatever noise is said of them: ways that no speed shows turn somewhere, too."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(20, 120))
+    t = np.cumsum(np.exp(rng.normal(0, 1.0, n)) if seed % 2 else np.ones(n))
+    levels = rng.normal(0, 1, 12)
+    size = float(10 ** rng.uniform(-4, -0.5))
+    z = levels[np.minimum(np.arange(n) // int(rng.integers(2, 9)), 11)] + size * rng.normal(size=n)
+    found = kinematics(t, z, size * float(10 ** rng.uniform(-1, 1)))
+    assert np.isfinite([found.z, found.v, found.a, found.z_turn]).all()
+    assert np.all(np.diff(found.reversals) >= 0) and np.all((found.reversals > 0) & (found.reversals < n))
+
+
+def test_a_fast_record_of_a_coarse_encoder_keeps_its_turns() -> None:
+    """Sweeping over twenty steps from sample to sample, rounding is white noise."""
+    step, dt = 0.004, 0.02
+    t = np.arange(2000) * dt
+    rng = np.random.default_rng(4)
+    parts = [(rng.normal() / f**0.75, f, rng.uniform(0, 6)) for f in np.linspace(0.04, 1.6, 60)]
+
+    def at(x: np.ndarray) -> np.ndarray:
+        return 0.12 * np.sum([a * np.sin(2 * np.pi * f * x + p) for a, f, p in parts], axis=0)
+
+    found = kinematics(t, np.round(at(t) / step) * step, step / 12**0.5)
+    error = found.z - at(t)
+    assert error.std() < 0.6 * step / 12**0.5
+    assert found.sigma.mean() == pytest.approx(error.std(), rel=0.3)
+    outward = []
+    for n in found.reversals.tolist():
+        true = at(np.linspace(t[n - 1], t[n], 50))
+        up = at(t[n - 1 : n])[0] > at(t[n - 3 : n - 2])[0]
+        outward.append((found.z_turn[n] - true.max()) if up else (true.min() - found.z_turn[n]))
+    assert abs(np.median(outward)) < 0.1 * step

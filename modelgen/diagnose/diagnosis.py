@@ -262,8 +262,8 @@ def set_up(model: Model, case: Case, ground: Ground, catalogue: Sequence[Effect]
 
 
 def _repeats(model: Model, series: Sequence[Series]) -> tuple[str, ...]:
-    """Names of records over time, in each of which a zero point drifts in its own way, and of sweeps that
-    repeat each other, nothing being known to differ; none of sweeps where something is."""
+    """Names of records over time, in each of which zero point and temperature drift in their own way, and of
+    sweeps that repeat each other, nothing being known to differ; none of sweeps where something is."""
     alike = all(dict(s.constants) == dict(series[0].constants) for s in series)
     return tuple(s.name for s in series) if model.is_time_model or alike else ()
 

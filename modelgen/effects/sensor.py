@@ -203,7 +203,6 @@ def _early(model: Model, port: Port, p: Values) -> Model:
         bend = Piecewise(((slope - one) / (h + last), last > 0), (0, True))
         twist = Piecewise(((bend - two) / (h + last + last_but_one), last_but_one > 0), (0, True))
         ahead = tau * (slope + (tau + h) * (bend + (tau + h + last) * twist))
-        time = "s"
         return (
             State(
                 "early_y",
@@ -212,12 +211,10 @@ def _early(model: Model, port: Port, p: Values) -> Model:
                 unit=unit,
                 text="how far the force goes on while the displacement is late",
             ),
-            State(
-                two.name, 0, bend, unit=f"({unit})/{time}**2", text="second divided difference of the force"
-            ),
-            State(one.name, 0, slope, unit=f"({unit})/{time}", text="its first one"),
-            State(last_but_one.name, 0, last, unit=time, text="step of the time before the last"),
-            State(last.name, 0, h, unit=time, text="its last step"),
+            State(two.name, 0, bend, unit=f"({unit})/s**2", text="second divided difference of the force"),
+            State(one.name, 0, slope, unit=f"({unit})/s", text="its first one"),
+            State(last_but_one.name, 0, last, unit="s", text="step of the time before the last"),
+            State(last.name, 0, h, unit="s", text="its last step"),
             State(before.name, start, F, unit=unit, text="force at the sample before"),
         )
 

@@ -48,18 +48,17 @@ def wholly_described(
         terms = described(setting, outcome, left)
         if terms is None or not but_noise(terms, floor):
             continue
-        fits = (best, terms)  # a colour that the named effects have left is no noise of the terms'
-        own = (
-            own_colours(setting, outcome.judge, fits)
-            if outcome.judge.temper == 1.0
-            else [f.bic for f in fits]
-        )
-        if own[0] - own[1] > LEFT:
+        lead = best.bic - terms.bic
+        if outcome.judge.temper == 1.0:  # a colour that the named effects have left is no noise of the terms'
+            named, other = own_colours(setting, outcome.judge, (best, terms))
+            lead = named - other
+        if lead > LEFT:
             return left
     return None
 
 
 def but_noise(f: Fit, floor: float) -> bool:
+    """Whether a fit leaves no more than noise of the mean square `floor`."""
     return mean_square(plain_white(f)) < CREDIBLE**2 * floor
 
 

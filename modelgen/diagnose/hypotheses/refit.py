@@ -62,6 +62,7 @@ def plain_white(fit: Fit) -> list[Array]:
 
 
 def mean_square(white: Sequence[Array]) -> float:
+    """Mean square of residuals that weigh something; 1 where none does."""
     used = np.concatenate([e.ravel() for e in white])
     used = used[used != 0]
     return float(np.mean(used**2)) if used.size else 1.0

@@ -93,7 +93,8 @@ def _promising(
         for x, again in zip(others, s.each(scored, others), strict=True):
             told = s.cheap or x.gain > 0
             reach = f.bic - SLACK * judge.evidence(f, again.gain) - beam[0].bic
-            if again.starts and (reach < -ALARM or (s.cheap and judge.temper > 1.0)):
+            promises = reach < -ALARM or (s.cheap and judge.temper > 1.0)  # far off, first orders tell little
+            if again.starts and promises:
                 tried = (*(v for _, v in again.starts), *(v for _, v in x.starts[:2]))
                 (wanted if told else opposite).append((reach, Grown(f, x.addition, tried)))
     also = [g for _, g in sorted(opposite, key=lambda w: w[0])[:OPPOSITE]]
