@@ -38,6 +38,8 @@ mostly right."""
 LIKELY = 0.25
 """Probability of its kin, less what is missing of the way there, from which such an effect is named all the
 same."""
+NAMELESS = 0.15
+"""Probability of the likeliest of them below which it is no name."""
 SOME, MUCH = 0.3, 0.95
 """The same, over time and in sweeps, where no description of the whole is better than they are."""
 BETTER = 0.9
@@ -92,8 +94,9 @@ def judge_adequacy(
     if not unknown and best.hypothesis.added and (part := reach(before, after, floor)) < 1.0:
         named = standings(outcome)
         unknown = part * max(x.kin for x in named) < LIKELY
-        doubtful = part * max(x.probability for x in named) < LIKELY
-        unknown = unknown or (doubtful and nearer(setting, outcome, left))
+        likeliest = part * max(x.probability for x in named)
+        unknown = unknown or likeliest < NAMELESS
+        unknown = unknown or (likeliest < LIKELY and nearer(setting, outcome, left))
     quiet = _floor(after, rough, sum(e.size for e in plain), stated, True)
     whole = wholly_described(setting, outcome, sensitivities, min(floor, quiet), unknown, after)
     if whole is not None:
