@@ -243,7 +243,7 @@ def test_rods_are_chains_of_small_masses_and_springs(held: bool) -> None:
 
 def test_a_rod_that_loses_energy_has_a_mass_that_does_not() -> None:
     """K complex, m real: kl = ω √(m/K), and far below its resonances the rod is K − ω² m/3."""
-    rod, model = find("distributed_rod", "stiffness", "tau2"), "magnetostrictive_transducer"
+    rod, model = find("distributed_rod", "stiffness", "tau2", needs="l"), "magnetostrictive_transducer"
     K, _ = at_port(rod, model, tau2=0.0)
     assert np.all(K.imag > 0.005 * K.real)
     for top in (0.02, 3.0):
@@ -257,7 +257,7 @@ def test_a_rod_that_loses_energy_has_a_mass_that_does_not() -> None:
 
 def test_a_rod_of_which_a_third_is_counted_differs_by_its_waves_alone() -> None:
     """K (kl cot kl + (kl)²/3) = K − ω⁴ m²/(45 K) − …"""
-    whole, counted = (find("distributed_rod", "stiffness", n) for n in ("tau2", "tau2_third"))
+    whole, counted = (find("distributed_rod", "stiffness", n, needs="l") for n in ("tau2", "tau2_third"))
     tau2 = (0.1 / w.max()) ** 2
     K, rest = at_port(counted, "magnetostrictive_transducer", tau2_third=tau2)
     m = K.real * tau2

@@ -14,6 +14,7 @@ from modelgen.effects import (
     electrical,
     friction,
     joint,
+    late,
     loose_grip,
     mass,
     mechanical_impedance,
@@ -51,6 +52,7 @@ CATALOGUE: tuple[Effect, ...] = (
     *drift.EFFECTS,
     *warming.EFFECTS,
     *sensor.EFFECTS,
+    *late.EFFECTS,
     *driven.EFFECTS,
     *cycle.EFFECTS,
 )

@@ -293,6 +293,11 @@ swinging_mass = Effect(
     needs=("a", "t", "t_prev"),
 )
 
-EFFECTS = (
-    *MODES, *JOINTS, distributed_rod, counted_rod, moving_rod, lossy_rod, swinging_mass,
-)  # fmt: skip
+RODS = (distributed_rod, counted_rod, lossy_rod)
+"""Where any stiffness might be that of a rod."""
+OF_LENGTH = tuple(replace(e, lacks=("l",)) for e in RODS) + tuple(
+    replace(e, needs=(*e.needs, "l"), common=4.0 * e.common) for e in RODS
+)
+"""Where the port tells its length l, it is one, and as certain as that it has mass."""
+
+EFFECTS = (*MODES, *JOINTS, *OF_LENGTH, moving_rod, swinging_mass)

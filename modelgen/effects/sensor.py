@@ -6,20 +6,8 @@ from typing import Any
 
 from sympy import Rational, Symbol
 
-from modelgen.effects.clearance import MOTION, inner, moved
-from modelgen.effects.effect import (
-    ANY,
-    RARER,
-    Apply,
-    Effect,
-    Shape,
-    Strength,
-    Values,
-    at_start,
-    change,
-    unit_of,
-)
-from modelgen.language import Abs, Equation, Max, Model, Piecewise, Port, State, cos, exp, j, sin, sqrt
+from modelgen.effects.effect import ANY, RARER, Apply, Effect, Shape, Strength, Values, at_start, change
+from modelgen.language import Abs, Max, Model, Port, State, cos, exp, j, sin, sqrt
 
 LATE = "one channel is recorded later than the other"
 LAG = "the force channel has a low-pass filter"
@@ -187,87 +175,6 @@ force_sensor_lag = Effect(
     needs=("t", "t_prev"),
 )
 
-# A late displacement makes the force early. What it will be is read off Newton's polynomial through its last
-# four samples: F + τ F[1] + τ(τ + h₁) F[2] + τ(τ + h₁)(τ + h₁ + h₂) F[3], F[k] divided differences.
-
-
-def _early(model: Model, port: Port, p: Values) -> Model:
-    (tau,) = p.values()
-    h, F = port["t"] - port["t_prev"], model[port.equation]
-    before, one, two, last, last_but_one = (
-        Symbol(f"early_{n}", real=True) for n in ("F", "slope", "bend", "step", "step_before")
-    )
-
-    def memory(F: Any) -> tuple[State, ...]:
-        slope = (F - before) / h
-        bend = Piecewise(((slope - one) / (h + last), last > 0), (0, True))
-        twist = Piecewise(((bend - two) / (h + last + last_but_one), last_but_one > 0), (0, True))
-        ahead = tau * (slope + (tau + h) * (bend + (tau + h + last) * twist))
-        return (
-            State(
-                "early_y",
-                0,
-                ahead,
-                unit=unit,
-                text="how far the force goes on while the displacement is late",
-            ),
-            State(two.name, 0, bend, unit=f"({unit})/s**2", text="second divided difference of the force"),
-            State(one.name, 0, slope, unit=f"({unit})/s", text="its first one"),
-            State(last_but_one.name, 0, last, unit="s", text="step of the time before the last"),
-            State(last.name, 0, h, unit="s", text="its last step"),
-            State(before.name, start, F, unit=unit, text="force at the sample before"),
-        )
-
-    start, unit = at_start(model, F), F.unit
-    return model.extend(port.equation, lambda F: F + Symbol("early_y", real=True), statements=memory)
-
-
-early_force = replace(
-    sensor_delay,
-    says="the displacement is recorded later than the force",
-    source="I. Newton, Methodus differentialis (1711): divided differences",
-    strengths=(Strength("tau_z", "s", text="delay of the displacement"),),
-    apply=_early,
-    common=1.0,
-)
-
-
-def _ahead(model: Model, port: Port, p: Values) -> Model:
-    """The sample moves by z + τ z' + τ² z''/2 of what is recorded, and turns where that does: on a parabola
-    between two samples. At rests noise makes turns of its own, which a hysteresis remembers: there the force
-    as a whole (`_early`) is the better account."""
-    z, v, _, _ = (inner(model, port, k) for k in MOTION)
-    a, h, (tau,) = port["a"], port["t"] - port["t_prev"], p.values()
-    unit, speed = unit_of(model, port["z"]), unit_of(model, port["v"])
-    place, rate = z + tau * (v + tau * a / 2), v + tau * a
-    last, last_rate = (Symbol(f"ahead_{n}", real=True) for n in ("z", "v"))
-    was = Equation("ahead_z_before", last, unit, text="where the sample was one sample before")
-    slope = Equation("ahead_v_before", last_rate, speed, text="its speed then")
-    begin = [at_start(model, port[k]) for k in ("z", "v")]
-    first = begin[0] + tau * (begin[1] + tau * a / 2), begin[1] + tau * a
-    turns = slope.symbol * rate < 0
-    beyond = slope.symbol**2 * h / (2 * Piecewise((slope.symbol - rate, turns), (1, True)))
-    between = (
-        was,
-        slope,
-        State(last.name, first[0], place, unit=unit, text="where the sample is"),
-        State(last_rate.name, first[1], rate, unit=speed, text="its speed"),
-    )
-    turn = was.symbol + Piecewise((beyond, turns), (0, True))
-    motion = {"z": place, "v": rate, "z_prev": was.symbol, "z_turn": turn}
-    return moved(model, port, between, motion)
-
-
-late_displacement = replace(
-    early_force,
-    kinds=("displacement",),
-    source="B. Taylor, Methodus incrementorum (1715); exact of a Butterworth filter of second order, "
-    "1 + jωτ + (jωτ)²/2",
-    strengths=(Strength("tau_d", "s", text="delay of the displacement"),),
-    apply=_ahead,
-    needs=(*MOTION, "a", "t", "t_prev"),
-)
-
 # With z the all-pass's y, P z = τ F', the mean F/P is F − (P − 1) F/P = F − (z/2 + τ z'/12).
 
 smoothed_force = replace(
@@ -277,6 +184,6 @@ smoothed_force = replace(
 )
 
 EFFECTS = (
-    delay_of_response, lag_of_response, smoothed_response, sensor_delay, early_force, late_displacement,
-    force_sensor_lag, smoothed_force, rectified_sensor, sensor_creep,
+    delay_of_response, lag_of_response, smoothed_response, sensor_delay, force_sensor_lag, smoothed_force,
+    rectified_sensor, sensor_creep,
 )  # fmt: skip

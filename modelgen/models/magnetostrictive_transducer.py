@@ -122,7 +122,7 @@ def build(eddy: str = "exact", eddy_sign: str = "corrected") -> Model:
             Port("electrical", "inductance", "L_G", at),
             Port("electrical", "terminals", "Z", wound),
             Port("mechanical", "mechanical_impedance", "Z_t", at),
-            Port("mechanical", "stiffness", "K_G", at),
+            Port("mechanical", "stiffness", "K_G", (*at, ("l", l))),
         ),
         source="GMM paper, eq. 1–13",
         text="transducer with a giant magnetostrictive rod, electrical impedance",
