@@ -439,3 +439,10 @@ def test_effects_that_run_away_together_are_drawn_again():
     both = ("cubic_stiffness", "contact_compliance")
     secret = drawing.draw(203400164, "pair", "force", both, noise="coloured", ratio=20.0)
     assert all(np.all(np.isfinite(y)) for y in drawing.scene_of(secret).simulate(secret.strength))
+
+
+def test_a_mass_behind_a_soft_joint_does_not_diverge():
+    secret = drawing.draw(250100011, "pair", "force", ("inertia", "contact_compliance"), noise="coloured")
+    scene = drawing.scene_of(secret)
+    sizes = [[np.ptp(y) for y in scene.simulate(s)] for s in (secret.strength, {})]
+    assert np.all(np.array(sizes[0]) < 100 * np.array(sizes[1]))

@@ -177,6 +177,10 @@ def conceal(rng: Rng, plain: Secret, d2: tuple[float, float], ratio: float | Non
     )
 
 
+RUNAWAY = 1e3
+"""Times the base's response that two effects together have at most: a mass behind a soft joint diverges."""
+
+
 def _together(scene: Scene, strength: Mapping[str, Mapping[str, Any]]) -> tuple[dict[str, float], Refit]:
     """d² of each effect with the others and all numbers of their forms refitted, and the base model nearest
     to all. (Tangents of the others won't do: a strong effect bends further than first order tells.)
@@ -185,7 +189,9 @@ def _together(scene: Scene, strength: Mapping[str, Mapping[str, Any]]) -> tuple[
     """
     with np.errstate(all="ignore"):
         y = scene.simulate(strength)
-    if not all(np.all(np.isfinite(x)) for x in y):
+    if not all(
+        np.abs(x).max() < RUNAWAY * np.abs(b).max() for x, b in zip(y, scene.simulate({}), strict=True)
+    ):
         raise NotDetectable(f"{' and '.join(strength)} together run away")
     depth = {}
     for effect in strength:
