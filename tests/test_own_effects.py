@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import pytest
 
-from modelgen.diagnose.own_effects import unused
+from modelgen.diagnose.own_effects import check_effects, unused
 from modelgen.effects import Effect, Shape, Strength
 from modelgen.effects.effect import add
+from modelgen.errors import InputError
 from modelgen.language import Model
 from modelgen.models import load
 
@@ -37,3 +38,17 @@ def test_it_is_said_why_an_effect_was_not_tried(model: Model, effect: Effect, wh
     (note,) = unused([effect], model, [])
     assert note.startswith("effect 'rub' was not tried: ")
     assert re.search(why, note)
+
+
+@pytest.mark.parametrize(
+    ("unit", "says"),
+    [
+        ("1/{prt}", r"no '\{prt\}' for a unit, did you mean 'port'"),
+        ("1/{port", "expected '}'"),
+        ("{port}/mmm", "unknown unit"),
+    ],
+)
+def test_a_unit_that_says_nothing_is_refused(model: Model, unit: str, says: str) -> None:
+    wrong = replace(rub, strengths=(Strength("R", unit),))
+    with pytest.raises(InputError, match=f"effect 'rub' at port .*{says}"):
+        check_effects([wrong], model, {"spring"})

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from modelgen.diagnose.hypotheses.hypothesis import Addition
 from modelgen.effects import Effect, Shape, Strength
 from modelgen.errors import InputError, did_you_mean
-from modelgen.language import Model
+from modelgen.language import Model, Port
 
 
 def check_effects(effects: Sequence[Effect], model: Model, known: set[str]) -> None:
@@ -33,6 +33,7 @@ def _check_laws(effects: Sequence[Effect], model: Model) -> None:
     """Refuse an effect whose law fails where it is to be added: what can't be built is else left out."""
     for e in effects:
         for port in e.fits(model):
+            _check_units(e, model, port)
             try:
                 e.extend(model, port)
             except KeyError as missing:
@@ -47,6 +48,22 @@ def _check_laws(effects: Sequence[Effect], model: Model) -> None:
             except Exception as error:
                 what = f"{type(error).__name__}: {error}"
                 raise InputError(f"effect '{e.id}' at port '{port.name}' of {model.id}: {what}") from None
+
+
+UNITS = ("port", "stiffness", "impedance", "force")
+"""What a unit may name in braces beside the port's variables."""
+
+
+def _check_units(e: Effect, model: Model, port: Port) -> None:
+    """Refuse an effect a unit of which names what its port has not, or is no unit."""
+    where = f"effect '{e.id}' at port '{port.name}' of {model.id}"
+    try:
+        e.parameters(model, port)
+    except KeyError as missing:
+        name, have = str(missing.args[0]), (*UNITS, *dict(port.variables))
+        raise InputError(f"{where}: no '{{{name}}}' for a unit{did_you_mean(name, have)}") from None
+    except (InputError, ValueError, IndexError) as error:
+        raise InputError(f"{where}: {error}") from None
 
 
 def unused(effects: Sequence[Effect], model: Model, additions: Sequence[Addition]) -> tuple[str, ...]:
