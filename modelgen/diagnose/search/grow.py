@@ -93,8 +93,7 @@ def _promising(
         for x, again in zip(others, s.each(scored, others), strict=True):
             told = s.cheap or x.gain > 0
             reach = f.bic - SLACK * judge.evidence(f, again.gain) - beam[0].bic
-            promises = reach < -ALARM or (s.cheap and judge.temper > 1.0)  # far off, first orders tell little
-            if again.starts and promises:
+            if again.starts and reach < -ALARM:
                 tried = (*(v for _, v in again.starts), *(v for _, v in x.starts[:2]))
                 (wanted if told else opposite).append((reach, Grown(f, x.addition, tried)))
     also = [g for _, g in sorted(opposite, key=lambda w: w[0])[:OPPOSITE]]
