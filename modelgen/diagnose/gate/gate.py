@@ -92,11 +92,7 @@ def judge_adequacy(
         setting, outcome, sensitivities, explained, floor
     )
     if not unknown and best.hypothesis.added and (part := reach(before, after, floor)) < 1.0:
-        named = standings(outcome)
-        unknown = part * max(x.kin for x in named) < LIKELY
-        likeliest = part * max(x.probability for x in named)
-        unknown = unknown or likeliest < NAMELESS
-        unknown = unknown or (likeliest < LIKELY and nearer(setting, outcome, left))
+        unknown = _nameless(setting, outcome, left, part)
     quiet = _floor(after, rough, sum(e.size for e in plain), stated, True)
     whole = wholly_described(setting, outcome, sensitivities, min(floor, quiet), unknown, after)
     if whole is not None:
@@ -128,6 +124,16 @@ def judge_adequacy(
         tied = best if rival[1] < CLOSE else None
     probability = (1 - OUTSIDE) * odds / (1 + odds)
     return Gate(unknown, left, probability, floor, float(np.sqrt(floor)), words, notes, fit, tied)
+
+
+def _nameless(setting: Setting, outcome: Outcome, left: Leftover, part: float) -> bool:
+    """Whether effects that go so great a `part` of the way are too unsure for a name, or less near than what
+    describes the rest."""
+    named = standings(outcome)
+    likeliest = part * max(x.probability for x in named)
+    if part * max(x.kin for x in named) < LIKELY or likeliest < NAMELESS:
+        return True
+    return likeliest < LIKELY and nearer(setting, outcome, left)
 
 
 def _gross(setting: Setting, plain: Sequence[Array], stated: bool, scatter: float) -> bool:
