@@ -17,7 +17,7 @@ from scipy.special import iv, j1, struve
 from modelgen.effects import CATALOGUE, Effect
 from modelgen.effects.effect import unit_omega
 from modelgen.effects.ladder import ARMS, STEP, Ladder
-from modelgen.effects.resonance import xcotx
+from modelgen.effects.rod import xcotx
 from modelgen.models import load
 
 Array = np.ndarray

@@ -8,7 +8,7 @@ from coils import write_sweep
 
 import modelgen.models
 from modelgen.diagnose import diagnose
-from modelgen.diagnose.diagnosis import prepare
+from modelgen.diagnose.ground import prepare
 from modelgen.fit.series import signature_of
 from modelgen.recordings import load_case, read_case_file
 

@@ -10,7 +10,7 @@ from coils import write_sweep
 import modelgen as mg
 from modelgen.api import read_case
 from modelgen.diagnose import Verdict, diagnose
-from modelgen.diagnose.diagnosis import prepare
+from modelgen.diagnose.ground import prepare
 from modelgen.diagnose.noise.noise import first_order
 from modelgen.fit.scatter import rounding
 from modelgen.fit.series import make_series

@@ -9,8 +9,8 @@ from coils import coil, verdict
 
 from modelgen.api import read_case
 from modelgen.diagnose import diagnose
-from modelgen.diagnose.diagnosis import prepare
 from modelgen.diagnose.gate.mirrored import opposed
+from modelgen.diagnose.ground import prepare
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
 from modelgen.diagnose.hypotheses.refit import base_starts
 from modelgen.diagnose.noise.glitches import abrupt

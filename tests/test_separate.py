@@ -11,10 +11,11 @@ import pytest
 
 import modelgen.models as models
 from modelgen.codegen import build
-from modelgen.diagnose.diagnosis import prepare, set_up
+from modelgen.diagnose.diagnosis import set_up
 from modelgen.diagnose.experiment.foresee import Rivals, excluded, simulated
 from modelgen.diagnose.experiment.menu import Plan, often, plans
 from modelgen.diagnose.experiment.separate import Proposal, propose, separate
+from modelgen.diagnose.ground import prepare
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.ranking import as_ranked
 from modelgen.diagnose.hypotheses.refit import Fit, Judge

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 import modelgen.models
 from modelgen.diagnose import diagnose
-from modelgen.diagnose.diagnosis import prepare, set_up
+from modelgen.diagnose.diagnosis import set_up
+from modelgen.diagnose.ground import prepare
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
 from modelgen.diagnose.noise.replica import motion_matters, on, replicas, undeserved
 from modelgen.diagnose.noise.smooth_error import (

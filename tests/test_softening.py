@@ -11,7 +11,8 @@ from test_effects_laws import find, force, record
 
 from modelgen.api import read_case
 from modelgen.diagnose import Verdict, diagnose
-from modelgen.diagnose.diagnosis import prepare, set_up
+from modelgen.diagnose.diagnosis import set_up
+from modelgen.diagnose.ground import prepare
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
 from modelgen.diagnose.hypotheses.moderate import moderated
 from modelgen.diagnose.hypotheses.pasts import is_past, price, widths_of

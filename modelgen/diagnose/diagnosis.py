@@ -4,60 +4,33 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
-from modelgen.diagnose.base import fit_base, soundest
 from modelgen.diagnose.conclude import conclude
 from modelgen.diagnose.gate.exact import exact
-from modelgen.diagnose.gate.hum import hum
-from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.mirrored import mirrored, opposed
 from modelgen.diagnose.gate.narrow import glitch
-from modelgen.diagnose.gate.oddities import mains, saturation
-from modelgen.diagnose.hypotheses.hypothesis import additions, make_hypotheses
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
+from modelgen.diagnose.ground import Ground, prepare
+from modelgen.diagnose.hypotheses.hypothesis import additions
 from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, record_scales, values_at
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.between import smoothly_driven
-from modelgen.diagnose.noise.floor import no_finer_than_rounded, parted, slanted
-from modelgen.diagnose.noise.frame import framed
-from modelgen.diagnose.noise.glitches import bursts, by_chance, laid_open, rather
+from modelgen.diagnose.noise.glitches import laid_open, rather
 from modelgen.diagnose.noise.history import unrested
-from modelgen.diagnose.noise.noise import marked, masked, outliers_of
+from modelgen.diagnose.noise.noise import marked
 from modelgen.diagnose.noise.resolved import unresolved
-from modelgen.diagnose.noise.staircase import rounded
 from modelgen.diagnose.noise.thin import thin
 from modelgen.diagnose.own_effects import check_effects, unused
-from modelgen.diagnose.search.search import search, white_judge
+from modelgen.diagnose.search.search import search
 from modelgen.diagnose.verdict import Verdict
 from modelgen.diagnose.whole_ports import whole
 from modelgen.effects import Effect
 from modelgen.effects.kinds import unknown_kinds
-from modelgen.fit.experiment import Experiment, experiment
-from modelgen.fit.motion import MotionError, allowing, motion_error
-from modelgen.fit.scatter import local_scatter, rounding
-from modelgen.fit.series import Array, Series, make_series, sizes_of
+from modelgen.fit.series import Series
 from modelgen.language import Model
 from modelgen.recordings import Case
-
-
-@dataclass(frozen=True, eq=False)
-class Ground:
-    """What a diagnosis stands on: the base fitted to cleaned series."""
-
-    series: tuple[Series, ...]
-    bare: tuple[Series, ...]
-    """The same with their outliers."""
-    base: Fit
-    judge: Judge
-    marks: tuple[Array, ...]
-    oddity: Leftover | None = None
-    others: tuple[Array, ...] = ()
-    """θ of the base's other optima, not much worse."""
 
 
 def diagnose(
@@ -128,125 +101,6 @@ SMOOTH = "inputs ran smoothly between their samples: with straight lines the bas
 UNRESTED = (
     "the sample had not rested before the records: what its memory begins with is fitted, in each its own"
 )
-
-
-def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> Ground:
-    """Fit the base, find out how the noise goes with what is measured, take out outliers, set noise levels
-    that were not stated from neighbours' scatter, fit again.
-
-    seen: outliers of each recording, (n,) bool, which the base would hide.
-    """
-    series = tuple(make_series(model, case, r) for r in case.fit)
-    base = make_hypotheses(model, case, series, [()])
-    if not base:
-        experiment(model, case, series).problem()  # says in one line what is wrong
-    judge = white_judge(series)
-    fit, others = fit_base(base[0], judge, seed)
-    f = [s.inputs[model.axis] for s in series]
-    spread = parted(framed(series, fit), f, plain_white(fit))
-    if any(a is not b for a, b in zip(series, spread, strict=True)):
-        series, base = spread, make_hypotheses(model, case, spread, [()])
-        judge = white_judge(series)
-        fit, others = fit_base(base[0], judge, seed)
-    if model.is_time_model:
-        e = fit.hypothesis.experiment
-        errors = [motion_error(e, case, r, fit.theta, k) for k, r in enumerate(case.fit)]
-        series = rounded(tuple(map(allowing, _levelled(series, fit, errors), errors)), fit)
-    ex = replace(fit.hypothesis.experiment, series=series)
-    white = [s.whitener.apply(ex.raw(fit.theta, k)) for k, s in enumerate(series)]
-    marks = tuple(seen) or _marks(judge, fit, ex)
-    oddity, marks = _oddity(model, series, white, marks)
-    bare = series if model.is_time_model else no_finer_than_rounded(_levelled(_referred(series, fit), fit))
-    series = masked(bare, marks)
-    if not model.is_time_model:
-        raw = [fit.hypothesis.experiment.raw(fit.theta, k) for k in range(len(series))]
-        white = [s.whitener.apply(e) for s, e in zip(series, raw, strict=True)]
-        series = slanted(series, f, white)
-    base = make_hypotheses(model, case, series, [()])
-    judge = white_judge(series)
-    starts = ([fit.theta], base_starts(base[0], seed, 4))
-    fit = soundest([judge.fit(base[0], some) for some in starts])
-    return Ground(series, bare, fit, judge, marks, oddity, others)
-
-
-def _marks(judge: Judge, fit: Fit, e: Experiment) -> tuple[Array, ...]:
-    """(n,) bool of each recording: samples that stand alone, and bursts of them in sweeps."""
-    alone = [outliers_of(e, fit.theta, k) for k in range(len(e.series))]
-    if e.model.is_time_model:
-        return tuple(alone)
-    together = bursts(judge, fit)
-    if any(x.any() for x in together):  # what they have bent is no outlier
-        rest = masked(e.series, together)
-        fit = replace(judge, whiteners=tuple(s.whitener for s in rest)).fit(fit.hypothesis, [fit.theta])
-        alone = [outliers_of(e, fit.theta, k) for k in range(len(e.series))]
-    marks = [a | b for a, b in zip(alone, together, strict=True)]
-    return tuple(by_chance([s.inputs[e.model.axis] for s in e.series], marks))
-
-
-def _oddity(
-    model: Model, series: Sequence[Series], white: Sequence[Array], marks: tuple[Array, ...]
-) -> tuple[Leftover | None, tuple[Array, ...]]:
-    """What the outliers have in common, if anything, and all samples that it spoils."""
-    if model.is_time_model:
-        found, more = saturation(series, white, marks)
-        return found, tuple(more)
-    if any(s.measure == "real" for s in series):
-        return None, marks
-    ports = {p.name for p in model.ports}
-    port = "electrical" if "electrical" in ports else min(ports, default="model")
-    f = [s.inputs[model.axis] for s in series]
-    found, more = mains(f, white, port)
-    if found is None:
-        found, more = hum(f, white, port)
-    return found, tuple(a | b for a, b in zip(marks, more, strict=True))
-
-
-NEAR = 0.1
-"""Relative distance from the recording at which the base says better what noise is relative to."""
-WITHIN = 4.0
-"""And the same in standard deviations, where some of the noise is absolute: a frame that holds the noise
-itself would be alike to it."""
-
-
-def _referred(series: Sequence[Series], fit: Fit) -> tuple[Series, ...]:
-    """Impedances' noise relative to the base where that is near: neighbours share a coloured noise."""
-    found = []
-    for k, s in enumerate(series):
-        if s.measure not in ("complex", "modulus"):
-            found.append(s)
-            continue
-        e = fit.hypothesis.experiment.raw(fit.theta, k)
-        base = s.data + e
-        base = base[0] + 1j * base[1] if s.measure == "complex" else base[0]
-        noise = WITHIN * sizes_of(s.spread, s.size)
-        floors = bool(s.spread[0] or s.spread[2])
-        near = np.abs(base - s.reference) < np.maximum(NEAR * s.size, noise if floors else 0.0)
-        found.append(s.referred(np.where(near, base, s.reference)))
-    return tuple(found)
-
-
-def _levelled(
-    series: Sequence[Series], fit: Fit, errors: Sequence[MotionError | None] = ()
-) -> tuple[Series, ...]:
-    """Where noise is not stated, its level is the scatter of the base's residual between neighbours, where
-    `errors` of a motion make little of it, and of real values no less than the rounding of what was
-    recorded."""
-    levelled = []
-    for k, (s, e) in enumerate(zip(series, fit.white, strict=True)):
-        if s.stated or e.shape[1] < 8:
-            levelled.append(s)
-            continue
-        error = errors[k] if errors else None
-        more = [None] * len(e) if error is None else list(s.whitener.weight * np.sqrt(error.variance))
-        scatter = float(np.median([local_scatter(x, beside=m) for x, m in zip(e, more, strict=True)]))
-        if s.measure == "real":
-            own = [rounding(y) * float(np.median(w)) for y, w in zip(s.data, s.whitener.weight, strict=True)]
-            scatter = max(scatter, float(np.median(own)))
-        level = max(scatter, 1e-6)
-        absolute, relative, inverse = s.spread
-        spread = (absolute * level, relative * level, inverse * level)
-        levelled.append(replace(s, whitener=s.whitener.scaled(level), spread=spread))
-    return tuple(levelled)
 
 
 def set_up(model: Model, case: Case, ground: Ground, catalogue: Sequence[Effect]) -> Setting:

@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, add, change, unit_omega
-from modelgen.effects.resonance import over, xcotx
+from modelgen.effects.rod import over, xcotx
 from modelgen.language import Model, Port, eddy_factor, j
 
 lead_resistance = Effect(

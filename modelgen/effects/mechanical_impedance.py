@@ -16,7 +16,7 @@ from modelgen.effects.effect import (
     add_stiffness,
     unit_omega,
 )
-from modelgen.effects.resonance import xcotx
+from modelgen.effects.rod import xcotx
 from modelgen.language import Model, Port, j, powj
 
 MECHANICAL = ("mechanical_impedance", "stiffness")
