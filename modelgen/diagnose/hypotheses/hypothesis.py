@@ -26,6 +26,10 @@ MOTIONS = ("displacement", "position", "speed")
 """Scales of a motion."""
 
 
+RESONANT = 16
+"""Values of one quantity that are tried where it places resonances."""
+
+
 @dataclass(frozen=True, eq=False)
 class Addition:
     """An effect at a port, with the search range of each of its shapes (and of strengths tried at a finite
@@ -66,6 +70,15 @@ class Addition:
     @property
     def family(self) -> str:
         return family(self.effect)
+
+    @property
+    def place(self) -> str:
+        """Name of the parameter that places resonances; "" if the effect has none."""
+        tried: list[Strength | Shape] = [
+            *(self.effect.strengths if self.effect.secant else ()),
+            *self.effect.shapes,
+        ]
+        return next((f"{self.id}_{q.name}" for q in tried if q.points >= RESONANT), "")
 
     def extend(self, model: Model) -> Model:
         """`model` with this effect; the port is looked up by its equation, which other effects keep in

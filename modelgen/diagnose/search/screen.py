@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis
-from modelgen.effects import Shape, Strength
 from modelgen.fit.pool import slices
 from modelgen.fit.whitener import Array, Whitener
 
@@ -128,21 +127,15 @@ def score(
     return Score(h, best, tuple(_apart(tries, keep)), blind, tuple(_scouts(a, tries)))
 
 
-RESONANT = 16
-"""Values of one quantity that are tried where it places resonances."""
-
-
 Tries = Sequence[tuple[float, Mapping[str, float]]]
 
 
 def _scouts(a: Addition, tries: Tries) -> Tries:
     """Of each place of resonances that was tried (best first), the best shape otherwise."""
-    quantities: list[Strength | Shape] = [*(a.effect.strengths if a.effect.secant else ()), *a.effect.shapes]
-    fine = next((f"{a.id}_{q.name}" for q in quantities if q.points >= RESONANT), "")
     found: dict[float, tuple[float, Mapping[str, float]]] = {}
     for gain, values in tries:
-        if fine in values:
-            found.setdefault(values[fine], (gain, values))
+        if a.place in values:
+            found.setdefault(values[a.place], (gain, values))
     return [found[place] for place in sorted(found)]
 
 

@@ -214,11 +214,11 @@ def _deserved(s: Setting, judge: Judge, parents: Sequence[Fit], fits: list[Fit])
     if judge.temper > 1.0 or not s.model.is_time_model or not motion_matters(s.series):
         return judge, fits
     made: dict[frozenset[tuple[str, str, int]], tuple[Series, ...]] = {}
-    for _ in range(3 * s.beam):
+    while True:
         first = sorted(fits, key=lambda f: f.bic)[: s.beam]
         child = next((f for f in first if f.hypothesis.key not in judge.excess), None)
         if child is None:
-            break
+            return judge, fits
         parent = min((p for p in parents if p.hypothesis.key < child.hypothesis.key), key=lambda p: p.bic)
         key = parent.hypothesis.key
         if key not in made:
@@ -226,7 +226,6 @@ def _deserved(s: Setting, judge: Judge, parents: Sequence[Fit], fits: list[Fit])
         own = judge.excess.get(key, 0.0) + undeserved(judge, parent, child, made[key])
         judge = replace(judge, excess={**judge.excess, child.hypothesis.key: own})
         fits = [judge.look(f.hypothesis, f.theta) if f is child else f for f in fits]
-    return judge, fits
 
 
 SIMILAR = 0.1

@@ -24,6 +24,8 @@ LOOSE = 3.0
 with so much do not go on."""
 CROSSED = 2
 """The best of each place that are tried together."""
+MOVED, PLACES = 4, 24
+"""The best hypotheses whose resonances are moved, and to how many places."""
 Key = frozenset[tuple[str, str, int]]
 
 
@@ -42,6 +44,7 @@ def swapped(
     judge = Remembering(**vars(judge))  # rounds come back to the same fits; what they are worth only falls
     done: set[tuple[Key, bool]] = set()
     every, singles = False, {f.hypothesis.added[0].key: f for f in first}
+    places_of = {x.addition.key: x.some(PLACES) for x in scores if x.scouts}
     for _ in range(ROUNDS):
         best = min(found.values(), key=lambda f: f.bic)
         places = [a for a in best.hypothesis.added if (best.hypothesis.key - {a.key}, every) not in done]
@@ -52,6 +55,8 @@ def swapped(
             _keep(found, _crossed(s, judge, best, found))
         if len(best.ids) > 1:
             _keep(found, _guided(judge, min(found.values(), key=lambda f: f.bic), found))
+        if len(best.ids) > 1 and not s.model.is_time_model:
+            _keep(found, _elsewhere(s, judge, found, len(best.ids), places_of))
         stays = min(f.bic for f in found.values()) > best.bic - 1.0
         few = s.model.is_time_model or len(best.ids) != 2 or beyond_scatter(best) < BENT
         if stays and (every or few):
@@ -209,6 +214,31 @@ def _guided(judge: Judge, best: Fit, found: Mapping[Key, Fit]) -> list[Fit]:
             start = f.hypothesis.place(best.hypothesis, best.theta, _own(f, a))
             fits.append(judge.fit(f.hypothesis, [start], worth=LOOSE * best.chi2))
     return fits
+
+
+def _elsewhere(
+    s: Setting,
+    judge: Judge,
+    found: Mapping[Key, Fit],
+    size: int,
+    places_of: Mapping[tuple[str, str, int], Sequence[Mapping[str, float]]],
+) -> list[Fit]:
+    """The best hypotheses with `size` effects of which one resonates, fitted again from where else it may: as
+    the only effect it had to say what its partners say now, and a descent takes it no long way."""
+    again = []
+    for f in sorted((f for f in found.values() if len(f.ids) == size), key=lambda f: f.bic):
+        moved = [
+            f.hypothesis.place(f.hypothesis, f.theta, {a.place: values[a.place]})
+            for a in f.hypothesis.added
+            for values in places_of.get(a.key, ())
+        ]
+        again += [(f, moved)] if moved else []
+
+    def fitted(part: tuple[Fit, list[Array]]) -> Fit:
+        f, moved = part
+        return judge.fit(f.hypothesis, moved, worth=LOOSE * f.chi2)
+
+    return s.each(fitted, again[:MOVED])
 
 
 def _starts(h: Hypothesis, x: Addition, f: Fit, y: Addition, g: Fit) -> list[Array]:
