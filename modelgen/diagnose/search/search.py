@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -115,7 +116,7 @@ def _deeper(
         judge = replace(white_judge(s.series), prior=judge.prior, temper=judge.temper)
         base, best = (judge.look(f.hypothesis, f.theta) for f in (base, best))
         before, first = ([judge.look(f.hypothesis, f.theta) for f in fits] for fits in (before, first))
-    beam = sorted(before, key=lambda f: f.bic)[: s.beam]
+    beam = _beam(s, base, before)
     grown = grow(s, base, judge, beam, scores, first)
     if not grown:
         return judge, base, best, []
@@ -127,6 +128,26 @@ def _deeper(
         judge, base, grown, best = recolour_pairs(s, judge, base, more, best)
     judge, grown = _deserved(s, judge, [base, *beam], grown)
     return judge, base, best, grown
+
+
+ELSEWHERE = 0.5
+"""Share of what the best effect gains from which one at a port where none of the best ones is has a place in
+the beam: what is wrong with the recording shows as physics does while that is missing."""
+
+
+def _beam(s: Setting, base: Fit, fits: Sequence[Fit]) -> list[Fit]:
+    """The best of `fits`, which a further effect is added to; and the best one with an effect at another
+    port."""
+    ranked = sorted(fits, key=lambda f: f.bic)
+    beam = ranked[: s.beam]
+    ports = set().union(*map(_ports, beam))
+    least = ELSEWHERE * (base.bic - ranked[0].bic)
+    other = (f for f in ranked if base.bic - f.bic > least and not ports >= _ports(f))
+    return [*beam, *itertools.islice(other, 1)]
+
+
+def _ports(f: Fit) -> set[str]:
+    return {a.port.name for a in f.hypothesis.added}
 
 
 def _together(
