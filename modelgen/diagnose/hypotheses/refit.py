@@ -178,8 +178,13 @@ class Judge:
         return effective(fit.white) / self.temper * float(np.log(fit.chi2 / left))
 
     def tangent(self, fit: Fit) -> tuple[Array, Array]:
-        """Whitened residual and Jacobian over all recordings at the fit."""
-        return fit.hypothesis.experiment.linearised(fit.theta, self.whiteners)
+        """Whitened residual and Jacobian over all recordings at the fit, null for what a bound holds against
+        the residual's will: there an effect may do what the parameter must not."""
+        e = fit.hypothesis.experiment
+        r, J = e.linearised(fit.theta, self.whiteners)
+        with np.errstate(all="ignore"):
+            held = _at_ends(e.layout, fit.theta) @ np.array([1, -1]) * (r @ J) > 0
+        return r, np.where(held, 0.0, J)
 
 
 @dataclass(frozen=True)
@@ -219,12 +224,16 @@ def moving(layout: Layout, theta: Array, shapes: Collection[str] = ()) -> Array:
 
     An effect's shape on its bound has been chosen there like any other value: it counts as within.
     """
-    low = np.array([p.bounds[0] for p in layout.parameters])
-    high = np.array([p.bounds[1] for p in layout.parameters])
-    size = np.where(np.isfinite(high - low), high - low, np.maximum(np.abs(theta), 1e-300))
-    at = (np.abs(theta - low) <= 1e-9 * size) | (np.abs(high - theta) <= 1e-9 * size)
     chosen = np.array([n in shapes for n in layout.names], dtype=bool)
-    return np.asarray(~at | chosen)
+    return np.asarray(~_at_ends(layout, theta).any(axis=1) | chosen)
+
+
+def _at_ends(layout: Layout, theta: Array) -> Array:
+    """(p, 2) bool: which parameters are at their lower, and at their upper bound."""
+    low, high = np.array([p.bounds for p in layout.parameters], dtype=float).reshape(-1, 2).T
+    size = np.where(np.isfinite(high - low), high - low, np.maximum(np.abs(theta), 1e-300))
+    away = np.stack([np.abs(theta - low), np.abs(high - theta)], axis=1)
+    return np.asarray(away <= 1e-9 * size[:, None])
 
 
 def free(layout: Layout, theta: Array, shapes: Collection[str] = (), pasts: Collection[str] = ()) -> int:
