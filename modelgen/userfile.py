@@ -22,7 +22,8 @@ def run_user_file(shown: str, file: Path, wanted: str) -> dict[str, Any]:
         near = did_you_mean(file.name, [p.name for p in file.parent.glob("*.py")])
         raise InputError(f"no file '{shown}'{near or f', wanted a Python file with {wanted} in it'}")
     try:
-        return runpy.run_path(str(file), run_name=file.stem)
+        # under a name of its own: it may be called as a module is that others import meanwhile
+        return runpy.run_path(str(file), run_name=f"user_file_{file.stem}")
     except SyntaxError as why:
         where = shown if why.filename in (None, str(file)) else why.filename
         raise InputError(f"{where}, line {why.lineno or 1}: {why.msg}") from why

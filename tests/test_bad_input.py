@@ -347,6 +347,20 @@ def test_a_model_of_the_user_is_found_beside_its_case(
     assert "coil" in capsys.readouterr().out
 
 
+def test_a_model_may_be_in_a_file_called_as_a_module_is(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`platform`, which others import while it runs."""
+    (folder / "platform.py").write_text("import uuid\n" + (folder / "coil.py").read_text())
+    (folder / "case.toml").write_text(
+        CASE.replace("electrodynamic_transducer", "platform.py:coil").replace("M_m", "R")
+    )
+    for m in [m for m in sys.modules if m == "uuid"]:
+        del sys.modules[m]
+    assert main(["fit", str(folder / "case.toml")]) == 0
+    assert "coil" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("ports", ["", ', ports=(Port("a", "terminal", "Z"),)'])
 def test_a_model_that_no_effect_fits_is_judged_all_the_same(
     ports: str, folder: Path, capsys: pytest.CaptureFixture[str]

@@ -11,13 +11,15 @@ from typing import Any
 import numpy as np
 import pytest
 from rich.console import Console
+from scipy.integrate import solve_ivp
+from sympy import Symbol
 
 import modelgen as mg
 from modelgen.cli.fitting import print_fit
 from modelgen.errors import InputError
 from modelgen.fit.fitting import fit
 from modelgen.fit.method import Method
-from modelgen.language import Equation, Input, Model, Parameter
+from modelgen.language import Equation, Input, Model, Parameter, State, sin
 from modelgen.recordings import Case, Noise, Recording
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -140,6 +142,39 @@ def test_a_hold_out_is_predicted_with_only_its_own_parameters_refitted() -> None
     assert result.rms["N"]["holdout"] == pytest.approx(1.85e-3, rel=0.1)
     shared = fit(mg.models.modified_dahl, rubber(*recordings))
     assert shared.rms_over_noise["holdout"] > 10
+
+
+def pendulum() -> Model:
+    t, x, w = Input("t", "s"), Symbol("x"), Symbol("w")
+    T, b = Parameter("T", "1/s**2", 37.0, (1.0, 100.0)), Parameter("b", "1/s", 0.1, (0.0, 5.0))
+    x_0, w_0 = Parameter("x_0", "1", 1.0, (-3.0, 3.0)), Parameter("w_0", "1/s", 0.0, (-20.0, 20.0))
+    angle = State("x", x_0, rate=w, unit="1", substeps=4)
+    speed = State("w", w_0, rate=-T * sin(x) - b * w, unit="1/s", substeps=4)
+    return Model("pendulum", (t,), (T, b, x_0, w_0), (angle, speed, Equation("y", x, "1")), ("y",))
+
+
+PENDULUM = pendulum()
+
+
+def test_a_hold_out_that_begins_elsewhere_is_found() -> None:
+    """A swing that begins in another phase: from where the others begin no descent leads there."""
+    t, T = np.arange(1500) * 0.02, 40.3
+
+    def swing(name: str, role: str, angle: float, speed: float, seed: int) -> Recording:
+        def rate(_: float, x: Any) -> list[float]:
+            return [x[1], -T * np.sin(x[0]) - 0.027 * x[1]]
+
+        x = solve_ivp(rate, (0, t[-1]), [angle, speed], t_eval=t, rtol=1e-9, atol=1e-9).y[0]
+        noise = 1e-3 * np.random.default_rng(seed).standard_normal(len(t))
+        return Recording(name, None, role, {"t": t}, {"y": x + noise})
+
+    swings = swing("a", "fit", -0.85, -5.1, 1), swing("b", "fit", 0.21, -2.0, 2)
+    held = swing("c", "holdout", -0.67, -0.89, 3)
+    settings: Any = {"per_recording": ("x_0", "w_0"), "noise": Noise({"y": 1e-3})}
+    result = fit(PENDULUM, Case(None, "pendulum", (*swings, held), **settings))
+    assert result["T"].value == pytest.approx(T, rel=1e-3)
+    assert result.rms_over_noise["holdout"] == pytest.approx(1.0, abs=0.1)
+    assert result["x_0[c]"].value == pytest.approx(-0.67, abs=0.01)
 
 
 def test_what_is_refitted_on_a_hold_out_is_marked_in_the_table() -> None:

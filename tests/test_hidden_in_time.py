@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from modelgen.api import read_case
+from modelgen.api import open_case, read_case
 from modelgen.diagnose import diagnose
 from modelgen.diagnose.noise.noise import fitful
 from modelgen.models import load
@@ -113,3 +113,32 @@ def test_a_flat_spectrum_of_relaxation_is_creep_or_structural_damping(tmp_path: 
     assert {first.id, *first.equivalents} >= {"structural_damping", "power_law_viscoelasticity"}, (
         found.summary
     )
+
+
+def test_a_lag_that_takes_more_than_the_damping_gives(tmp_path: Path) -> None:
+    """A force that is recorded late through k τ > c looks as if it were driven: the damping is at its end, 0,
+    and says nothing of what the lag may do."""
+    (tmp_path / "leaf.py").write_text(LEAF)
+    rng, text = np.random.default_rng(4), 'model = "leaf.py:leaf"\n[noise]\nF = 0.02\n'
+    for name, role, f in (("a", "fit", 3.0), ("b", "fit", 7.0), ("c", "holdout", 5.0)):
+        t, w = np.arange(2400) / 500.0, 2 * np.pi * f
+        turn = (6.0 + 0.01j * w) * np.exp(1j * (w * t + 0.3))
+        F = (turn / (1 + 0.002j * w)).imag + 0.02 * rng.standard_normal(len(t))
+        rows = np.stack([t, np.sin(w * t + 0.3), F], axis=1)
+        np.savetxt(tmp_path / f"{name}.csv", rows, "%.7g", ",", header="t [s],z [mm],F [N]", comments="")
+        text += f'[[recording]]\nfile = "{name}.csv"\nrole = "{role}"\n'
+    (tmp_path / "case.toml").write_text(text)
+    model, case = open_case(tmp_path / "case.toml")
+    v = diagnose(case, model)
+    assert [e.id for e in v.effects] in (["force_sensor_lag"], ["sensor_delay"]), v.summary
+    assert v.after.holdout_over_noise == pytest.approx(1.0, abs=0.1)
+
+
+LEAF = """from modelgen.language import Equation, Input, Model, Parameter, Port, rate_of
+
+t, z = Input("t", "s"), Input("z", "mm")
+v = rate_of(z, "v", "mm/s")
+k, c = Parameter("k", "N/mm", 4.0, (0.1, 1e3)), Parameter("c", "N*s/mm", 0.01, (0.0, 1.0))
+F = Equation("F", k * z + c * v, "N")
+leaf = Model("leaf", (t, z, v), (k, c), (F,), ("F",), (Port("leaf", "force", "F", (("z", z),)),))
+"""

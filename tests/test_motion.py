@@ -16,6 +16,7 @@ from modelgen.fit.series import make_series
 from modelgen.language import Equation, Input, Model, Parameter, previous, rate_of
 from modelgen.models import load
 from modelgen.recordings import Case, Noise, Recording
+from modelgen.recordings.kinematics import kinematics
 from modelgen.truths import draw, write_case
 from modelgen.truths.further import further
 
@@ -138,3 +139,43 @@ def test_errors_of_the_motion_move_no_time() -> None:
     still, fast = (motion_error(ex, case, record, np.array([2.0, q]), 0) for q in (0.0, 1e4))
     assert still is not None and fast is not None
     assert np.allclose(still.by_value, fast.by_value, atol=1e-9) and still.by_value.max() > 1e-4
+
+
+def triangle(t: np.ndarray, A: float, f: float) -> np.ndarray:
+    """A triangle with amplitude A [mm] whose corners are rounded within a hundredth of its period."""
+    sharp = 0.9985
+    return A / np.arcsin(sharp) * np.arcsin(sharp * np.sin(2 * np.pi * f * t))
+
+
+def test_corners_are_smoothed_no_more_than_their_noise_allows() -> None:
+    """The error that is the same at all turns is a small part of what noise leaves at each."""
+    t = np.arange(4000) / 100.0
+    z = triangle(t, 0.7, 0.25)
+    near = np.abs(np.cos(0.5 * np.pi * t)) < 0.15
+    errors = []
+    for seed in range(20):
+        noise = 8e-4 * np.random.default_rng(seed).standard_normal(t.size)
+        found = kinematics(t, z + noise, 8e-4)
+        errors.append((found.z - z)[near])
+    assert np.sqrt(np.mean(np.mean(errors, axis=0) ** 2)) < 0.25 * 8e-4
+    assert np.std(errors) < 0.65 * 8e-4
+    stated = np.broadcast_to(found.sigma, t.size)[near]
+    assert np.sqrt(np.mean(stated**2)) == pytest.approx(np.std(errors), rel=0.2)
+
+
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_corners_of_a_slow_triangle_are_no_physics(seed: int, tmp_path: Path) -> None:
+    """The displacement's noise, times the stiffness, is twice the force's own; its corners are smoothed."""
+    rng, text = np.random.default_rng(seed), 'model = "modified_dahl"\nper_recording = ["F_0", "r_0"]\n'
+    text += "[noise]\nF_m = 0.05\nz = 0.0008\n"
+    rubber = {"k_D": 58.0, "c_D": 0.9, "h_D": 24.0, "rho": 3.6, "F_0": 11.0, "r_0": 0.0}
+    for name, role, A, f in (("a", "fit", 1.6, 0.1), ("b", "fit", 0.7, 0.25), ("c", "holdout", 1.2, 0.15)):
+        t = np.arange(4000 * 12) / 1200.0
+        z = triangle(t, A, f)
+        F = mg.build(mg.models.modified_dahl)(t=t, z=z, **rubber)
+        rows = np.stack([t, z, F], axis=1)[::12] + [0, 8e-4, 0.05] * rng.standard_normal((4000, 3))
+        np.savetxt(tmp_path / f"{name}.csv", rows, "%.7g", ",", header="t [s],z [mm],F_m [N]", comments="")
+        text += f'[[recording]]\nfile = "{name}.csv"\nrole = "{role}"\n'
+    (tmp_path / "case.toml").write_text(text)
+    v = diagnose(read_case(tmp_path / "case.toml"), load("modified_dahl"))
+    assert v.adequate, v.summary

@@ -18,6 +18,7 @@ from modelgen.fit.gauss_newton import GaussNewton
 from modelgen.fit.method import Method, Outcome, Progress, Reason, part
 from modelgen.fit.motion import with_motion
 from modelgen.fit.multistart import MultiStart
+from modelgen.fit.own import fitted_alone
 from modelgen.fit.problem import Problem, Vector, wide
 from modelgen.fit.recipe import Recipe, fit_recipe
 from modelgen.fit.remarks import Part, arrived, misfit, of_holdout, warnings
@@ -144,8 +145,10 @@ def predict(ex: Experiment, case: Case, theta: Vector, held: Recording) -> tuple
     found |= dict(zip(ex.layout.names, theta, strict=True))
     full = np.array([found[n] for n in alone.layout.names], dtype=float)
     own = np.array([n in alone.layout.own for n in alone.layout.names], dtype=bool)
-    if own.any():
-        full[own] = GaussNewton().run(alone.problem_of(own, full)).theta
+    there = [dict(zip(ex.layout.wrt, ex.local(theta, k), strict=True)) for k in range(len(ex.series))]
+    mine = [n for n in alone.layout.names if n in alone.layout.own]
+    level = float(np.mean(np.concatenate([w.ravel() for w in ex.whitened(theta)]) ** 2))
+    full = fitted_alone(alone, own, full, [np.array([x[n] for n in mine]) for x in there], level)
     alone = with_motion(alone, case, [held], full)
     return (alone.series[0], alone.raw(full, 0), alone.whitened(full)[0]), _own(alone, own, full)
 

@@ -22,6 +22,8 @@ POOL = 12  # half-width of the neighbourhood of a window that is tested together
 SPREAD = 0.3  # standard deviation of the mean square of the some 2 POOL windows in it
 POOLED = 2.5  # largest mean square excess over it, in variances
 CORNER = 30.0  # sum of squares beyond the fit, in variances, from which a corner is seen in it
+FAR = 8.0  # standard deviations of the noise that a path goes between turns
+ALIKE = 2.5  # three standard deviations of the mean square excess about one turn
 SWEPT, NEARBY = 3.0, 13  # steps from sample to sample, in the mean nearby, whose rounding errors are white
 FUNDAMENTAL = 0.64  # amplitude of a sawtooth's first harmonic: what rounding makes of a ramp
 NARROWER = 7  # samples of the interpolating polynomial before the last one
@@ -49,9 +51,24 @@ def smooth(z: Array, std: float, bound: float) -> Smooth:
     std: of white noise. bound: size of an error that isn't white (half the step of an encoder) where the
     record moves slowly, or 0.
     A window is widened as long as the two polynomials beyond the fitted ones find nothing but noise in it, at
-    this sample and on average around it. From one width to the next the estimates are faded over, so that
-    neither z nor v jumps.
+    this sample and on average around it; those for z and z' about turns, in the mean of them all, too: what
+    is missed there is alike at each, and a hysteresis adds it up (of z'' the noise counts more). From one
+    width to the next the estimates are faded over, so that neither z nor v jumps.
     """
+    found = _smoothed(z, std, bound)
+    turns = _turns(found.value[0], FAR * std) if std > 0 else np.zeros(0, dtype=np.intp)
+    if not turns.size:
+        return found
+    path = _smoothed(z, std, bound, turns)
+    value, errors, bent = (
+        np.concatenate((a[:2], b[2:]))
+        for a, b in ((path.value, found.value), (path.std, found.std), (path.bent, found.bent))
+    )
+    return Smooth(value, errors, bent, path.window)
+
+
+def _smoothed(z: Array, std: float, bound: float, turns: NDArray[np.intp] | None = None) -> Smooth:
+    """The same, with windows about `turns` tested together, too."""
     n = z.size
     moves = _running_mean(np.abs(np.diff(z, prepend=z[0])), NEARBY)
     bounds = np.where(moves > 2 * SWEPT * bound, 0.0, bound)
@@ -64,6 +81,8 @@ def smooth(z: Array, std: float, bound: float) -> Smooth:
             break
         last, fit = fit, local_fit(z, 2 * wider + 1, DEGREE)
         good &= _only_noise(fit, wider, std, bounds)
+        if turns is not None:
+            good &= _alike_noise(fit, wider, std, bounds, turns)
         weight = _fade(good, max(1, wider // 3))
         if not weight.any():
             break
@@ -147,6 +166,46 @@ def _only_noise(fit: LocalFit, half: int, std: float, bound: Array) -> NDArray[n
     np.minimum(square, 2 * limit, out=square)  # a huge one must not cost the running sum its digits
     pooled = _running_mean(square.mean(axis=0), POOL * half)
     return np.asarray(single & (pooled < POOLED * std**2 + (bound * fit.reach) ** 2))
+
+
+def _turns(z: Array, least: float) -> NDArray[np.intp]:
+    """The samples at which a smoothed path turns, to go `least` or more."""
+    steps = np.flatnonzero(np.diff(np.sign(np.diff(z)))) + 1
+    kept = zigzag(z[np.concatenate(([0], steps, [z.size - 1]))], least) if steps.size else slice(None)
+    return np.asarray(steps[kept], dtype=np.intp)
+
+
+def _alike_noise(
+    fit: LocalFit, half: int, std: float, bound: Array, turns: NDArray[np.intp]
+) -> NDArray[np.bool_]:
+    """False about the `turns`, if in the mean of all windows there the coefficients beyond the fit are more
+    than noise."""
+    near = np.clip(turns[:, None] + np.arange(-(half // 2), half // 2 + 1), 0, bound.size - 1)
+    noise = std**2 + (bound[near] * fit.reach) ** 2
+    square = np.minimum(fit.excess[:, near] ** 2 / noise, 2 * PEAK**2)
+    good = np.ones(bound.size, dtype=bool)
+    if np.mean(square) > 1 + ALIKE / np.sqrt(turns.size):
+        reach = np.arange(-half, half + 1)
+        good[np.clip(turns[:, None] + reach, 0, bound.size - 1)] = False
+    return good
+
+
+def zigzag(tips: Array, least: float) -> list[int] | slice:
+    """Which of the turns tips[1:-1] remain when excursions of `least` or less don't count."""
+    if np.abs(np.diff(tips)).min() > least:
+        return slice(None)
+    kept: list[int] = []
+    high = low = direction = 0
+    for n, tip in enumerate(tips):
+        high = n if direction >= 0 and tip > tips[high] else high
+        low = n if direction <= 0 and tip < tips[low] else low
+        if direction >= 0 and tips[high] - tip > least:
+            kept += [high - 1] if direction else []
+            direction, low = -1, n
+        elif direction <= 0 and tip - tips[low] > least:
+            kept += [low - 1] if direction else []
+            direction, high = 1, n
+    return kept
 
 
 def _fade(good: NDArray[np.bool_], radius: int) -> Array:

@@ -7,12 +7,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.recordings.smooth import EXACT, Smooth
+from modelgen.recordings.smooth import EXACT, FAR, Smooth, zigzag
 
 Array = NDArray[np.float64]
 
 SURE = 4.0  # a direction of motion counts when the velocity is this many standard deviations from zero,
-FAR = 8.0  # or the way so many of the record's noise
+# or the way FAR of the record's noise
 
 
 def turned(
@@ -80,7 +80,7 @@ def _with_ways(z: Array, v: Array, sign: Array, least: float) -> Array:
     turns = np.flatnonzero(np.diff(np.sign(np.diff(z))) != 0) + 1
     if not turns.size:
         return sign
-    tips = turns[_zigzag(z[np.concatenate(([0], turns, [z.size - 1]))], least)]
+    tips = turns[zigzag(z[np.concatenate(([0], turns, [z.size - 1]))], least)]
     sign = sign.copy()
     for begin, end in pairwise([0, *tips.tolist(), z.size - 1]):
         way = np.sign(z[end] - z[begin])
@@ -106,25 +106,7 @@ def _reversals(z: Array, v: Array, sign: Array, least: float) -> NDArray[np.intp
             crossings = np.array([min(top, len(forward) - 2)])
         steps[k] = before[k] + 1 + crossings[np.argmin(np.abs(crossings - top))]
         tips[k] = z[before[k] + top]
-    return steps[_zigzag(np.concatenate((z[:1], tips, z[-1:])), least)]
-
-
-def _zigzag(tips: Array, least: float) -> list[int] | slice:
-    """Which of the turns tips[1:-1] remain when excursions of `least` or less don't count."""
-    if np.abs(np.diff(tips)).min() > least:
-        return slice(None)
-    kept: list[int] = []
-    high = low = direction = 0
-    for n, tip in enumerate(tips):
-        high = n if direction >= 0 and tip > tips[high] else high
-        low = n if direction <= 0 and tip < tips[low] else low
-        if direction >= 0 and tips[high] - tip > least:
-            kept += [high - 1] if direction else []
-            direction, low = -1, n
-        elif direction <= 0 and tip - tips[low] > least:
-            kept += [low - 1] if direction else []
-            direction, high = 1, n
-    return kept
+    return steps[zigzag(np.concatenate((z[:1], tips, z[-1:])), least)]
 
 
 def _at_rest(

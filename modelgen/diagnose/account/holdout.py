@@ -13,10 +13,10 @@ from modelgen.diagnose.hypotheses.setting import Outcome, Setting
 from modelgen.diagnose.noise.noise import outliers_of
 from modelgen.diagnose.verdict import Rms
 from modelgen.errors import InputError
-from modelgen.fit import GaussNewton
 from modelgen.fit.experiment import Experiment, Layout, make_layout
 from modelgen.fit.fitting import channels
 from modelgen.fit.motion import errors_in_motion
+from modelgen.fit.own import fitted_alone
 from modelgen.fit.series import Array, Series, make_series
 from modelgen.fit.uncertainty import assess
 from modelgen.language import Model
@@ -135,12 +135,12 @@ def predict(fit: Fit, s: Series, setting: Setting) -> tuple[Experiment, Array]:
     case = replace(setting.case, per_recording=(*setting.case.per_recording, *e.layout.own))
     layout = make_layout(e.model, case, (s,))
     other = Experiment(e.model, e.function, _same_order(e, layout), (s,), e.constants)
-    known = dict(zip(e.layout.wrt, e.local(fit.theta, 0), strict=True))
-    theta = np.array([known[n.split("[")[0]] for n in other.layout.names])
-    own = np.array([n.split("[")[0] in layout.own for n in other.layout.names], dtype=bool)
-    if own.any():
-        theta[own] = GaussNewton(max_iter=40).run(other.problem_of(own, theta)).theta
-    return other, theta
+    names = [n.split("[")[0] for n in other.layout.names]
+    there = [dict(zip(e.layout.wrt, e.local(fit.theta, k), strict=True)) for k in range(len(e.series))]
+    theta, *others = (np.array([known[n] for n in names]) for known in there)
+    own = np.array([n in layout.own for n in names], dtype=bool)
+    level = fit.chi2 / max(1, effective(fit.white))
+    return other, fitted_alone(other, own, theta, [x[own] for x in others], level)
 
 
 def _same_order(e: Experiment, layout: Layout) -> Layout:

@@ -3,10 +3,9 @@
 A hypothesis that smooths or shifts the model's force (a lag, a mass) also smooths the errors that are left
 in the motion, and gains by it although nothing of the kind is there: no covariance that all hypotheses share
 can tell the two apart. A parametric bootstrap can (B. Efron, R. Tibshirani, An Introduction to the Bootstrap
-(1993), ch. 6): let the smoothed path, its corners as sharp as before, be the true one and the parent model
-the truth, add noise to both, smooth again, fit both. So, too, of two rivals: the one that takes more of these
-errors leads even where the other is there (D. R. Cox, J. R. Stat. Soc. B 24 (1962) 406: each in turn is the
-truth).
+(1993), ch. 6): let the smoothed path be the true one and the parent model the truth, add noise to both,
+smooth again, fit both. So, too, of two rivals: the one that takes more of these errors leads even where the
+other is there (D. R. Cox, J. R. Stat. Soc. B 24 (1962) 406: each in turn is the truth).
 """
 
 from __future__ import annotations
@@ -50,7 +49,7 @@ def motion_matters(series: Sequence[Series]) -> bool:
 def replicas(
     model: Model, case: Case, parent: Fit, whiteners: Sequence[Whitener], seed: int
 ) -> tuple[Series, ...]:
-    """The series of `parent` measured anew: its path and its model's force along it, with fresh noise, that
+    """The series of `parent` measured anew: its smoothed path and its model's force, with fresh noise, that
     of the force as large and as coloured as `whiteners` take it for."""
     from modelgen.codegen.inputs import complete_inputs
     from modelgen.recordings.kinematics import kinematics
@@ -64,26 +63,14 @@ def replicas(
         sigma = told[moved]
         if sigma is None:
             sigma = kinematics(recording.inputs[model.axis], recording.inputs[moved], None).sigma_z
-        true = _unsmoothed(recording.inputs[model.axis], s.inputs[moved], sigma)
-        exact, _ = complete_inputs(model, {**recording.inputs, moved: true}, {**told, moved: 0.0})
-        path = _recorded(true, recording.inputs[moved], sigma, rng)
+        path = _recorded(s.inputs[moved], recording.inputs[moved], sigma, rng)
         inputs, _ = complete_inputs(model, {**recording.inputs, moved: path}, {**told, moved: sigma})
-        there = replace(e, series=(*e.series[:k], replace(s, inputs=exact), *e.series[k + 1 :]))
-        force = s.data + there.raw(parent.theta, k)
+        force = s.data + e.raw(parent.theta, k)
         share = np.ones(s.n) if w.share is None else np.maximum(w.share, 1e-6)
         level = np.median(share / np.maximum(w.weight, 1e-300), axis=1, keepdims=True)
         own = replace(w, ar=None).apply(e.raw(parent.theta, k))
         made.append(replace(s, inputs=inputs, data=force + level * noise_like(w, own, rng)))
     return tuple(made)
-
-
-def _unsmoothed(t: Array, path: Array, sigma: float) -> Array:
-    """A smoothed path (n,) with what smoothing took off its corners, as seen when it is smoothed once more
-    (twicing, J. W. Tukey, Exploratory Data Analysis (1977), ch. 16): on it the next smoothing errs as the
-    first did."""
-    from modelgen.recordings.kinematics import kinematics
-
-    return np.asarray(2 * path - kinematics(t, path, sigma).z)
 
 
 def _recorded(path: Array, like: Array, sigma: float, rng: np.random.Generator) -> Array:
