@@ -81,6 +81,28 @@ def test_what_is_in_series_lies_within_the_terminals() -> None:
         assert mg.build(made)(**given) == pytest.approx(wanted)
 
 
+def test_a_capacitance_that_is_told_by_its_impedance() -> None:
+    """What is known of capacitances acts on it, and not on what is one over it."""
+    f, C, R = (
+        Input("f", "Hz"),
+        Parameter("C", "F", 1e-6, (1e-9, 1e-3)),
+        Parameter("R", "ohm", 5.0, (0.1, 1e2)),
+    )
+    w = Equation("w", 2 * pi * f, "rad/s")
+    Z_C, Z = Equation("Z_C", 1 / (j * w * C), "ohm"), Equation("Z", R + sp.Symbol("Z_C"), "ohm")
+    port = Port("film", "capacitance", "Z_C", (("omega", w.symbol),))
+    model = whole(Model("film", (f,), (R, C), (w, Z_C, Z), ("Z",), (port,)))
+    assert model[model.ports[0].equation].unit == "F"
+    loss = next(e for e in CATALOGUE if e.id == "dielectric_loss")
+    lossy = loss.extend(model, model.ports[0])
+    given = {"f": np.array([50.0, 5e3]), "R": 5.0, "C": 1e-6}
+    s = 2j * np.pi * given["f"]
+    assert mg.build(model)(**given) == pytest.approx(5 + 1 / (s * 1e-6), rel=1e-12)
+    assert mg.build(lossy)(**given, dielectric_loss_n=0.1) == pytest.approx(
+        5 + 1 / (s**0.9 * 1e-6), rel=1e-12
+    )
+
+
 def test_a_cell_says_itself_what_is_in_series() -> None:
     for name in ("piezoelectric_transducer", "magnetostrictive_transducer"):
         assert whole(load(name)) == load(name)

@@ -8,12 +8,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from sympy import Symbol
+
 from modelgen.language import (
     Equation,
     Input,
     Model,
     Port,
     acceleration_of,
+    j,
     pi,
     previous,
     rate_of,
@@ -26,6 +29,8 @@ OSCILLATING = (
     "terminals", "electrical_impedance", "inductance", "capacitance", "mechanical_impedance", "stiffness",
 )  # fmt: skip
 """Kinds of ports over frequency."""
+PER_OMEGA = {"inductance": ("L", "H"), "capacitance": ("C", "F")}
+"""Kinds of ports that may be told by their impedance."""
 FORCES = ("N", "N*m", "Pa")
 """What a load cell, a torque cell or a pressure sensor shows."""
 
@@ -33,7 +38,8 @@ FORCES = ("N", "N*m", "Pa")
 def whole(model: Model) -> Model:
     """`model` with what its ports lack.
 
-    Over frequency that is ω, and that what an impedance has in series lies within its terminals. Over time,
+    Over frequency that is ω, of an inductance or a capacitance told by its impedance what it is itself, and
+    that what an impedance has in series lies within its terminals. Over time,
     force and sensor ports get the time and that of the sample before; a force port that names a recorded
     motion z gets its rate v, acceleration a, and the values before and at the turn; a recorded force without
     a port of its sensor gets one; and a model without memory becomes one whose samples follow each other.
@@ -42,7 +48,11 @@ def whole(model: Model) -> Model:
     if axis is None:
         return model
     if not (model.is_time_model or is_time(axis.unit)):
-        return _in_series(_oscillating(model, axis))
+        model = _oscillating(model, axis)
+        for port in model.ports:
+            if port.kind in PER_OMEGA and converts(model[port.equation].unit, "ohm"):
+                model = _per_omega(model, port)
+        return _in_series(model)
     if not model.is_time_model:
         model = model.with_inputs(previous(axis))
     for port in model.ports if is_time(axis.unit) else ():
@@ -69,6 +79,23 @@ def _oscillating(model: Model, axis: Input) -> Model:
     at = ("omega", omega.symbol)
     ports = (replace(p, variables=(*p.variables, at)) if p in lacking else p for p in model.ports)
     return replace(model, ports=tuple(ports))
+
+
+def _per_omega(model: Model, port: Port) -> Model:
+    """`model` in which the inductance, or the capacitance, of a `port` that shows its impedance is an
+    equation of its own."""
+    s = j * port["omega"]
+    kind, unit = PER_OMEGA[port.kind]
+    taken = {q.name for q in (*model.inputs, *model.parameters, *model.statements)}
+    name = _free(f"{kind}_{port.name}", taken)
+    own = Symbol(name)
+
+    def inner(Z: Any) -> tuple[Equation]:
+        return (Equation(name, Z / s if kind == "L" else 1 / (s * Z), unit, text=f"by {port.equation}"),)
+
+    model = model.extend(port.equation, lambda _: s * own if kind == "L" else 1 / (s * own), statements=inner)
+    moved = (replace(p, equation=name) if p is port else p for p in model.ports)
+    return replace(model, ports=tuple(moved))
 
 
 def _in_series(model: Model) -> Model:
