@@ -11,7 +11,8 @@ from modelgen.api import read_case
 from modelgen.diagnose import diagnose
 from modelgen.diagnose.base import soundest
 from modelgen.diagnose.gate.vague import FAMILIES, told
-from modelgen.diagnose.hypotheses.hypothesis import additions, make_hypotheses
+from modelgen.diagnose.hypotheses.addition import additions
+from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
 from modelgen.diagnose.hypotheses.ranking import Standing, standings
 from modelgen.diagnose.hypotheses.refit import misfit
 from modelgen.diagnose.hypotheses.scales import record_scales

@@ -5,7 +5,7 @@ from scipy.integrate import solve_ivp
 from sympy import Symbol
 
 from modelgen.diagnose import diagnose
-from modelgen.diagnose.hypotheses.hypothesis import Addition
+from modelgen.diagnose.hypotheses.addition import Addition
 from modelgen.effects import CATALOGUE
 from modelgen.language import Abs, Equation, Input, Model, Parameter, Port, State, sqrt
 from modelgen.recordings import Case, Recording

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from modelgen.diagnose.hypotheses.hypothesis import Addition
+from modelgen.diagnose.hypotheses.addition import Addition
 from modelgen.effects import Effect, Shape, Strength
 from modelgen.errors import InputError, did_you_mean
 from modelgen.language import Model, Port

@@ -13,7 +13,8 @@ import numpy as np
 
 from modelgen.diagnose.gate.functions import LEVEL, LINE, WAVE
 from modelgen.diagnose.gate.leftover import Leftover
-from modelgen.diagnose.hypotheses.hypothesis import Addition, make_hypotheses
+from modelgen.diagnose.hypotheses.addition import Addition
+from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
 from modelgen.effects import Effect, Shape, Strength

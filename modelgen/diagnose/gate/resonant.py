@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from modelgen.diagnose.gate.describe import ANY, SOURCE
-from modelgen.diagnose.hypotheses.hypothesis import Addition
+from modelgen.diagnose.hypotheses.addition import Addition
 from modelgen.effects import Effect, Shape, Strength
 from modelgen.effects.effect import add
 from modelgen.language import Model, Port, exp, j

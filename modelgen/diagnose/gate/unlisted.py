@@ -13,8 +13,9 @@ import numpy as np
 
 from modelgen.diagnose.gate.describe import SOURCE
 from modelgen.diagnose.gate.resonant import FACTORS, MANY, MODES, ONE, ROWS, kind, places, row
+from modelgen.diagnose.hypotheses.addition import Addition
 from modelgen.diagnose.hypotheses.evidence import deviance
-from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis, make_hypotheses
+from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import LONG, Fit, Judge
 from modelgen.diagnose.hypotheses.scales import record_scales
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting

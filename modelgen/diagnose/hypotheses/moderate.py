@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from modelgen.diagnose.hypotheses.addition import Addition
 from modelgen.diagnose.hypotheses.evidence import deviance
-from modelgen.diagnose.hypotheses.hypothesis import Addition
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.effects import Shape
 from modelgen.fit.uncertainty import assess

@@ -18,8 +18,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from modelgen.diagnose.hypotheses.addition import Addition
 from modelgen.diagnose.hypotheses.evidence import effective
-from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis
+from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
 from modelgen.diagnose.hypotheses.pasts import price
 from modelgen.diagnose.hypotheses.ranking import weights
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, moving

@@ -1,6 +1,6 @@
 """A constant added at a port: its derivative tells how the output feels the port."""
 
-from modelgen.diagnose.hypotheses.hypothesis import Addition
+from modelgen.diagnose.hypotheses.addition import Addition
 from modelgen.effects.effect import ANY, Effect, Strength, add
 from modelgen.language import Port
 

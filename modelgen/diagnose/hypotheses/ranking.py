@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from modelgen.diagnose.hypotheses.hypothesis import Addition
+from modelgen.diagnose.hypotheses.addition import Addition
 from modelgen.diagnose.hypotheses.refit import Fit, misfit
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import log
 from typing import TypeVar
 
-from modelgen.diagnose.hypotheses.hypothesis import Addition
+from modelgen.diagnose.hypotheses.addition import Addition
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.fit.pool import share
 from modelgen.fit.series import Array, Series

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from modelgen.diagnose.hypotheses.addition import Addition
 from modelgen.diagnose.hypotheses.evidence import effective
-from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis, make_hypotheses
+from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import ALARM, Setting
 from modelgen.diagnose.search.screen import Score, Tangent, score

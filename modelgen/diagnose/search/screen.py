@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis
+from modelgen.diagnose.hypotheses.addition import Addition
+from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
 from modelgen.fit.pool import slices
 from modelgen.fit.whitener import Array, Whitener
 

@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from modelgen.diagnose.hypotheses.addition import Addition
 from modelgen.diagnose.hypotheses.evidence import Smooth, levels
-from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis, make_hypotheses
+from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Outcome, Progress, Setting
 from modelgen.diagnose.noise.recolour import judged_anew, near_smooth, recolour, recolour_pairs

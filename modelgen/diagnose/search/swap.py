@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from itertools import product
 from math import inf
 
-from modelgen.diagnose.hypotheses.hypothesis import Addition, Hypothesis, make_hypotheses
+from modelgen.diagnose.hypotheses.addition import Addition
+from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, Remembering
 from modelgen.diagnose.hypotheses.setting import CLOSE, Setting
 from modelgen.diagnose.search.far import BENT, beyond_scatter
