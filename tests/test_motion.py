@@ -163,6 +163,17 @@ def test_corners_are_smoothed_no_more_than_their_noise_allows() -> None:
     assert np.sqrt(np.mean(stated**2)) == pytest.approx(np.std(errors), rel=0.2)
 
 
+def test_fast_turns_of_a_sweep_narrow_no_windows_of_slow_ones() -> None:
+    t = np.arange(6000) / 500.0
+    z = 0.4 * np.sin(2 * np.pi * (0.3 * t + (10 - 0.3) / 24 * t**2))
+    v = np.gradient(z, t)
+    slow = t < 4.0
+    noise = 2.88e-4 * np.random.default_rng(3).standard_normal(t.size)
+    found = kinematics(t, z + noise, 2.88e-4)
+    assert np.std((found.v - v)[slow][50:]) < 0.012
+    assert np.median(found.window[slow]) > 20
+
+
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_corners_of_a_slow_triangle_are_no_physics(seed: int, tmp_path: Path) -> None:
     """The displacement's noise, times the stiffness, is twice the force's own; its corners are smoothed."""

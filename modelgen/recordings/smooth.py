@@ -23,6 +23,7 @@ SPREAD = 0.3  # standard deviation of the mean square of the some 2 POOL windows
 POOLED = 2.5  # largest mean square excess over it, in variances
 CORNER = 30.0  # sum of squares beyond the fit, in variances, from which a corner is seen in it
 FAR = 8.0  # standard deviations of the noise that a path goes between turns
+PACE = 0.2  # logarithm of the ratio of times between turns that go as fast
 ALIKE = 2.5  # three standard deviations of the mean square excess about one turn
 SWEPT, NEARBY = 3.0, 13  # steps from sample to sample, in the mean nearby, whose rounding errors are white
 FUNDAMENTAL = 0.64  # amplitude of a sawtooth's first harmonic: what rounding makes of a ramp
@@ -51,9 +52,9 @@ def smooth(z: Array, std: float, bound: float) -> Smooth:
     std: of white noise. bound: size of an error that isn't white (half the step of an encoder) where the
     record moves slowly, or 0.
     A window is widened as long as the two polynomials beyond the fitted ones find nothing but noise in it, at
-    this sample and on average around it; those for z and z' about turns, in the mean of them all, too: what
-    is missed there is alike at each, and a hysteresis adds it up (of z'' the noise counts more). From one
-    width to the next the estimates are faded over, so that neither z nor v jumps.
+    this sample and on average around it; those for z and z' about turns, in the mean of all that are alike,
+    too: what is missed there is the same at each, and a hysteresis adds it up (of z'' the noise counts more).
+    From one width to the next the estimates are faded over, so that neither z nor v jumps.
     """
     found = _smoothed(z, std, bound)
     turns = _turns(found.value[0], FAR * std) if std > 0 else np.zeros(0, dtype=np.intp)
@@ -82,7 +83,7 @@ def _smoothed(z: Array, std: float, bound: float, turns: NDArray[np.intp] | None
         last, fit = fit, local_fit(z, 2 * wider + 1, DEGREE)
         good &= _only_noise(fit, wider, std, bounds)
         if turns is not None:
-            good &= _alike_noise(fit, wider, std, bounds, turns)
+            good &= _alike_noise(fit, wider, std, bounds, turns, good)
         weight = _fade(good, max(1, wider // 3))
         if not weight.any():
             break
@@ -176,18 +177,24 @@ def _turns(z: Array, least: float) -> NDArray[np.intp]:
 
 
 def _alike_noise(
-    fit: LocalFit, half: int, std: float, bound: Array, turns: NDArray[np.intp]
+    fit: LocalFit, half: int, std: float, bound: Array, turns: NDArray[np.intp], good: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """False about the `turns`, if in the mean of all windows there the coefficients beyond the fit are more
-    than noise."""
-    near = np.clip(turns[:, None] + np.arange(-(half // 2), half // 2 + 1), 0, bound.size - 1)
+    """False about those of the `turns`, still `good`, where the coefficients beyond the fit are more than
+    noise in the mean of all that go as fast."""
+    gaps = np.log(np.diff(turns, prepend=-bound.size, append=2 * bound.size))
+    pace = np.minimum(gaps[1:], gaps[:-1])
+    order = np.argsort(pace, kind="stable")
+    order = order[good[turns[order]]]
+    near = np.clip(turns[order][:, None] + np.arange(-(half // 2), half // 2 + 1), 0, bound.size - 1)
     noise = std**2 + (bound[near] * fit.reach) ** 2
-    square = np.minimum(fit.excess[:, near] ** 2 / noise, 2 * PEAK**2)
-    good = np.ones(bound.size, dtype=bool)
-    if np.mean(square) > 1 + ALIKE / np.sqrt(turns.size):
-        reach = np.arange(-half, half + 1)
-        good[np.clip(turns[:, None] + reach, 0, bound.size - 1)] = False
-    return good
+    square = np.minimum(fit.excess[:, near] ** 2 / noise, 2 * PEAK**2).mean(axis=(0, 2))
+    first, last = (np.searchsorted(pace[order], pace[order] + x) for x in (-PACE, PACE))
+    total = np.concatenate(([0.0], np.cumsum(square)))
+    count = np.maximum(last - first, 1)
+    missed = turns[order[(total[last] - total[first]) / count > 1 + ALIKE / np.sqrt(count)]]
+    kept = np.ones(bound.size, dtype=bool)
+    kept[np.clip(missed[:, None] + np.arange(-half, half + 1), 0, bound.size - 1)] = False
+    return kept
 
 
 def zigzag(tips: Array, least: float) -> list[int] | slice:

@@ -49,6 +49,28 @@ def grow(
             starts.append(h.place(g.other.hypothesis, g.other.theta, _only(own, g.fit)))
         return judge.fit(h, starts, worth=np.inf if s.cheap else _worth(g.fit, judge))
 
+    found = s.each(fitted, made)
+    return found if s.cheap else [*found, *_likewise(s, judge, beam, found)]
+
+
+def _likewise(s: Setting, judge: Judge, beam: Sequence[Fit], found: Sequence[Fit]) -> list[Fit]:
+    """What the best of `found` has added, beside the others of the beam: how much it does there, their own
+    first order may not tell. Where fits are cheap, exchanges find it."""
+    best = min(found, key=lambda f: f.bic, default=None)
+    if best is None:
+        return []
+    *_, a = best.hypothesis.added
+    known = {f.hypothesis.key for f in found}
+    others = [f for f in beam if a.id not in f.ids and f.hypothesis.key | {a.key} not in known]
+    made = make_hypotheses(s.model, s.case, s.series, [(*f.hypothesis.added, a) for f in others])
+    values = dict(zip(best.hypothesis.names, best.theta.tolist(), strict=True))
+    own = {k: v for k, v in values.items() if k.startswith(f"{a.id}_")}
+    fit_of = {f.hypothesis.key | {a.key}: f for f in others}
+
+    def fitted(h: Hypothesis) -> Fit:
+        f = fit_of[h.key]
+        return judge.fit(h, [h.place(f.hypothesis, f.theta, own)])
+
     return s.each(fitted, made)
 
 
