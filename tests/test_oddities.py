@@ -201,6 +201,16 @@ def test_a_claim_needs_more_than_a_few_frequencies(width: float, narrow: bool) -
     assert lone(f, [e + line for e in noise], noise, peak, "mechanical") is None
 
 
+def test_what_rises_towards_the_end_of_the_band_is_no_line() -> None:
+    """A resonance beyond it is seen at its last samples, in either sweep."""
+    rng = np.random.default_rng(0)
+    f = [np.geomspace(20, 5000, 300), np.geomspace(5000, 20, 280)]
+    noise = [rng.standard_normal((2, len(x))) for x in f]
+    still = [np.zeros(len(x)) for x in f]
+    rise = [12 / (1 + ((5050 - x) / 60) ** 2) for x in f]
+    assert lone(f, [e + x for e, x in zip(noise, rise, strict=True)], noise, still, "mechanical") is None
+
+
 def test_gross_errors_anywhere_are_no_mains() -> None:
     """Four on lines of 60 Hz, two of them on the same: told, unless seven more lie elsewhere."""
     rng = np.random.default_rng(3)

@@ -96,11 +96,20 @@ def lone(
     total = float(np.sum(at))
     if total < 2 * LOUD or total - float(np.sum(at[top])) > BROAD * total:
         return None  # faint, or wide
+    if _rising(top, len(places)):
+        return None
     if at[top[0]] < np.bincount(which, np.concatenate(own) ** 2, len(places))[top[0]]:
         return None
     says = f"something at {np.exp(places[top[0]]):.4g} Hz that is narrower than the samples can resolve"
     hit = np.isin(which, top)
     return Leftover(total, total, port, says), np.split(hit, np.cumsum([len(x) for x in f])[:-1])
+
+
+def _rising(top: Array, count: int) -> bool:
+    """Whether what is strongest is at an end of the band, and next to it what comes next: it rises towards
+    what lies beyond."""
+    first, second = min((top[0], top[1]), (count - 1 - top[0], count - 1 - top[1]))
+    return bool(first == 0 and second <= LONE)
 
 
 def _elsewhere(outcome: Outcome, line: Sequence[Array]) -> bool:
