@@ -39,10 +39,10 @@ def whole(model: Model) -> Model:
     """`model` with what its ports lack.
 
     Over frequency that is ω, of an inductance or a capacitance told by its impedance what it is itself, and
-    that what an impedance has in series lies within its terminals. Over time,
-    force and sensor ports get the time and that of the sample before; a force port that names a recorded
-    motion z gets its rate v, acceleration a, and the values before and at the turn; a recorded force without
-    a port of its sensor gets one; and a model without memory becomes one whose samples follow each other.
+    that what an impedance has in series lies within its terminals. Over time, force and sensor ports get the
+    time and that of the sample before; a force port that names a recorded motion z gets its rate v,
+    acceleration a, and the values before and at the turn; a recorded force without a port of its sensor gets
+    one; and a model without memory becomes one whose samples follow each other.
     """
     axis = model.inputs[0] if model.inputs else None
     if axis is None:

@@ -57,7 +57,7 @@ def smooth(z: Array, std: float, bound: float) -> Smooth:
     From one width to the next the estimates are faded over, so that neither z nor v jumps.
     """
     found = _smoothed(z, std, bound)
-    turns = _turns(found.value[0], FAR * std) if std > 0 else np.zeros(0, dtype=np.intp)
+    turns = turning_points(found.value[0], FAR * std) if std > 0 else np.zeros(0, dtype=np.intp)
     if not turns.size:
         return found
     path = _smoothed(z, std, bound, turns)
@@ -169,8 +169,8 @@ def _only_noise(fit: LocalFit, half: int, std: float, bound: Array) -> NDArray[n
     return np.asarray(single & (pooled < POOLED * std**2 + (bound * fit.reach) ** 2))
 
 
-def _turns(z: Array, least: float) -> NDArray[np.intp]:
-    """The samples at which a smoothed path turns, to go `least` or more."""
+def turning_points(z: Array, least: float) -> NDArray[np.intp]:
+    """The samples at which a smoothed path turns, to go more than `least`."""
     steps = np.flatnonzero(np.diff(np.sign(np.diff(z)))) + 1
     kept = zigzag(z[np.concatenate(([0], steps, [z.size - 1]))], least) if steps.size else slice(None)
     return np.asarray(steps[kept], dtype=np.intp)

@@ -7,12 +7,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.recordings.smooth import EXACT, FAR, Smooth, zigzag
+from modelgen.recordings.smooth import EXACT, FAR, Smooth, turning_points, zigzag
 
 Array = NDArray[np.float64]
 
-SURE = 4.0  # a direction of motion counts when the velocity is this many standard deviations from zero,
-# or the way FAR of the record's noise
+SURE = 4.0  # standard deviations of the velocity from which a direction of motion counts; or a way of FAR
 
 
 def turned(
@@ -77,10 +76,7 @@ def _directions(t: Array, z: Array, v: Array, doubt: Array) -> Array:
 def _with_ways(z: Array, v: Array, sign: Array, least: float) -> Array:
     """`sign` (n,) of sure motion, 0 for unsure, with one sample more in each way of more than `least` between
     two turns of z of which none was sure: it is slow, or a small step between two rests."""
-    turns = np.flatnonzero(np.diff(np.sign(np.diff(z))) != 0) + 1
-    if not turns.size:
-        return sign
-    tips = turns[zigzag(z[np.concatenate(([0], turns, [z.size - 1]))], least)]
+    tips = turning_points(z, least)
     sign = sign.copy()
     for begin, end in pairwise([0, *tips.tolist(), z.size - 1]):
         way = np.sign(z[end] - z[begin])

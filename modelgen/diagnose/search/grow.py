@@ -63,8 +63,7 @@ def _likewise(s: Setting, judge: Judge, beam: Sequence[Fit], found: Sequence[Fit
     known = {f.hypothesis.key for f in found}
     others = [f for f in beam if a.id not in f.ids and f.hypothesis.key | {a.key} not in known]
     made = make_hypotheses(s.model, s.case, s.series, [(*f.hypothesis.added, a) for f in others])
-    values = dict(zip(best.hypothesis.names, best.theta.tolist(), strict=True))
-    own = {k: v for k, v in values.items() if k.startswith(f"{a.id}_")}
+    own = own_values(best, a)
     fit_of = {f.hypothesis.key | {a.key}: f for f in others}
 
     def fitted(h: Hypothesis) -> Fit:
@@ -72,6 +71,12 @@ def _likewise(s: Setting, judge: Judge, beam: Sequence[Fit], found: Sequence[Fit
         return judge.fit(h, [h.place(f.hypothesis, f.theta, own)])
 
     return s.each(fitted, made)
+
+
+def own_values(f: Fit, a: Addition) -> dict[str, float]:
+    """The values that a fit has of one effect's parameters."""
+    values = zip(f.hypothesis.names, f.theta.tolist(), strict=True)
+    return {n: v for n, v in values if n.startswith(f"{a.id}_")}
 
 
 def _worth(f: Fit, judge: Judge) -> float:

@@ -12,7 +12,7 @@ from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, Remembering
 from modelgen.diagnose.hypotheses.setting import CLOSE, Setting
 from modelgen.diagnose.search.far import BENT, beyond_scatter
-from modelgen.diagnose.search.grow import points_of
+from modelgen.diagnose.search.grow import own_values, points_of
 from modelgen.diagnose.search.screen import Score, Tangent, score
 from modelgen.fit.series import Array
 
@@ -133,7 +133,7 @@ def _exchanges(
         key = h.added[-1].key
         starts = [h.place(rest, p.theta, p.values) for p in found[key]]
         if key in singles:
-            starts.append(h.place(rest, beside.theta, _own(singles[key], h.added[-1])))
+            starts.append(h.place(rest, beside.theta, own_values(singles[key], h.added[-1])))
         return judge.fit(h, starts, worth=LOOSE * best.chi2)
 
     return ([alone] if kept else []) + s.each(fitted, made)
@@ -212,7 +212,7 @@ def _guided(judge: Judge, best: Fit, found: Mapping[Key, Fit]) -> list[Fit]:
         other = f.hypothesis.key - best.hypothesis.key
         if len(f.ids) == len(best.ids) and len(other) == 1:
             a = next(a for a in f.hypothesis.added if a.key in other)
-            start = f.hypothesis.place(best.hypothesis, best.theta, _own(f, a))
+            start = f.hypothesis.place(best.hypothesis, best.theta, own_values(f, a))
             fits.append(judge.fit(f.hypothesis, [start], worth=LOOSE * best.chi2))
     return fits
 
@@ -244,13 +244,8 @@ def _elsewhere(
 
 def _starts(h: Hypothesis, x: Addition, f: Fit, y: Addition, g: Fit) -> list[Array]:
     """From either of two fits, one with x and one with y, the other's effect beside it."""
-    return [h.place(f.hypothesis, f.theta, _own(g, y)), h.place(g.hypothesis, g.theta, _own(f, x))]
-
-
-def _own(f: Fit, a: Addition) -> dict[str, float]:
-    """The values that a fit has of one effect's parameters."""
-    values = zip(f.hypothesis.names, f.theta.tolist(), strict=True)
-    return {n: v for n, v in values if n.startswith(f"{a.id}_")}
+    beside_x = h.place(f.hypothesis, f.theta, own_values(g, y))
+    return [beside_x, h.place(g.hypothesis, g.theta, own_values(f, x))]
 
 
 def _other(h: Hypothesis, kept: Key) -> Addition:
