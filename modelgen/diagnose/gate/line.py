@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from modelgen.diagnose.gate.functions import LINE
 from modelgen.diagnose.gate.leftover import Leftover
@@ -67,6 +66,8 @@ def _share(series: Sequence[tuple[Array, Array]], f: float) -> float:
 
 def _tuned(series: Sequence[tuple[Array, Array]], f: float, width: float) -> float:
     """The frequency within `width` of `f` at which a wave has most of the power."""
+    from scipy.optimize import minimize_scalar
+
     found = minimize_scalar(lambda x: -_share(series, x), bounds=(f - width, f + width), method="bounded")
     return float(found.x)
 

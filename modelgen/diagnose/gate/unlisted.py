@@ -58,12 +58,14 @@ def with_rivals(setting: Setting, outcome: Outcome) -> Outcome:
     if not outcome.best.hypothesis.added:
         references.pop()
     tangents = [Tangent.of(*judge.tangent(f)) for f in references]
-    fits, worth = [], LOOSE * outcome.best.chi2
-    for h in make_hypotheses(setting.model, setting.case, setting.series, [(a,) for a in found]):
+    worth = LOOSE * outcome.best.chi2
+
+    def fitted(h: Hypothesis) -> list[Fit]:
         starts = _starts(h, references, tangents, judge.whiteners)
-        if starts:
-            fits.append(judge.fit(h, starts, worth=worth))
-    fits.sort(key=lambda f: f.bic)
+        return [judge.fit(h, starts, worth=worth)] if starts else []
+
+    made = make_hypotheses(setting.model, setting.case, setting.series, [(a,) for a in found])
+    fits = sorted((f for fits in setting.each(fitted, made) for f in fits), key=lambda f: f.bic)
     fits = [_settled(judge, f, worth) if k < FEW else f for k, f in enumerate(fits)]
     return replace(outcome, tried=(*outcome.tried, *fits))
 

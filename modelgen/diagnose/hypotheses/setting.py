@@ -55,9 +55,8 @@ class Setting:
         return sum(x.n for x in self.series) <= CHEAP
 
     def each(self, task: Callable[[Part], Result], parts: Sequence[Part]) -> list[Result]:
-        """`task` of each part, in order, on all cores where fits are dear: elsewhere Python's own work, which
-        knows but one at a time, is most of it."""
-        return share(task, parts, 1 if self.cheap else None)
+        """`task` of each part, in order, on all cores."""
+        return share(task, parts)
 
 
 @dataclass(frozen=True, eq=False)

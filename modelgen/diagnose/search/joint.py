@@ -24,6 +24,8 @@ STARTS = 4
 neighbourhood."""
 PLACES = 60
 """Of the places where an effect may resonate."""
+LOOSE = 3.0
+"""Where fits are cheap, those that a few steps leave with so many times the least χ² do not go on."""
 ALIKE = 0.999
 """Changes of the output that are one and the same to this cosine make no pair."""
 
@@ -80,7 +82,7 @@ def joint(
             f = alone.get(frozenset([a.key]))
             if f is not None:
                 starts += [h.place(f.hypothesis, f.theta, _values(p)[1 - k]) for p in where[h.key]]
-        return judge.fit(h, starts, worth=np.inf if s.cheap else below)
+        return judge.fit(h, starts, worth=LOOSE * below if s.cheap else below)
 
     return s.each(fitted, made)
 

@@ -36,7 +36,7 @@ def screened(
         if abs(away.bic - base.bic) > 1.0 or not np.allclose(away.theta, base.theta, rtol=0.1, atol=0.0):
             fits = better_of(fits, _refit_singles(s, away, judge, _scored(s, away, judge, singles)))
     if s.cheap and not s.model.is_time_model:
-        fits = _crossed(base, judge, _afresh(base, judge, fits))
+        fits = _crossed(s, base, judge, _afresh(s, base, judge, fits))
     fits = sorted(fits, key=lambda f: f.bic)
     fits = [*s.each(partial(_unhooked, judge), fits[: s.beam]), *fits[s.beam :]]
     gained = {f.hypothesis.key for f in fits if base.bic - f.bic > ALARM}
@@ -77,7 +77,7 @@ def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score])
 
     fits = s.each(fitted, list(enumerate(seen[:count])))
     if s.cheap and not s.model.is_time_model:
-        fits = _beside(base, judge, seen, _scouted(base, judge, seen, fits))
+        fits = _beside(s, base, judge, seen, _scouted(s, base, judge, seen, fits))
     return fits
 
 
@@ -89,25 +89,27 @@ FAINT = 0.1
 """Part of what the first order promises from which descents start, too."""
 
 
-def _scouted(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]) -> list[Fit]:
+def _scouted(s: Setting, base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]) -> list[Fit]:
     """`fits` of sweeps by what was `seen`, again where the first order has led astray: from little of an
     effect where it reached too far, and, once there is something to be found, from where resonances may lie,
     all over while no fit is near the noise."""
     best = min(fits, key=lambda f: f.bic, default=base)
     bent = beyond_scatter(min(fits, key=lambda f: f.chi2, default=base)) > BENT
     count = EVERY if bent else SOME if base.bic - best.bic > ALARM else 0
-    found = []
-    for x, f in zip(seen, fits, strict=False):
+
+    def again(found: tuple[Score, Fit]) -> Fit:
+        x, f = found
         places = x.some(min(count, len(x.scouts)))
         starts = [x.hypothesis.place(base.hypothesis, base.theta, v) for v in places]
         if f.chi2 > base.chi2:
             starts += [_faint(x, base, v) for _, v in x.starts]
         other = judge.fit(x.hypothesis, starts, worth=HOPE * f.chi2, few=SCOUTS) if starts else f
-        found.append(min((f, other), key=lambda f: f.bic))
-    return found
+        return min((f, other), key=lambda f: f.bic)
+
+    return s.each(again, list(zip(seen, fits, strict=False)))
 
 
-def _beside(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]) -> list[Fit]:
+def _beside(s: Setting, base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]) -> list[Fit]:
     """`fits` of sweeps by what was `seen`, those of resonances that are behind the best one again from where
     that has taken the base's own parameters: a base that is bent far hides where its rivals resonate."""
     best = min(fits, key=lambda f: f.bic, default=base)
@@ -115,16 +117,17 @@ def _beside(base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit])
         return list(fits)
     there = judge.look(base.hypothesis, best.hypothesis.values_of(best.theta, base.hypothesis))
     tangent = Tangent.of(*judge.tangent(there))
-    found = []
-    for x, f in zip(seen, fits, strict=True):
-        if x.scouts and f.bic > best.bic + CLOSE:
-            h = x.hypothesis
-            again = score(h, base.hypothesis, there.theta, tangent, judge.whiteners, SCOUTS)
-            starts = [h.place(base.hypothesis, there.theta, v) for _, v in again.starts]
-            other = judge.fit(h, starts, worth=HOPE * f.chi2, few=SCOUTS) if starts else f
-            f = min((f, other), key=lambda f: f.bic)
-        found.append(f)
-    return found
+
+    def again(found: tuple[Score, Fit]) -> Fit:
+        (x, f), h = found, found[0].hypothesis
+        if not x.scouts or f.bic <= best.bic + CLOSE:
+            return f
+        seen_there = score(h, base.hypothesis, there.theta, tangent, judge.whiteners, SCOUTS)
+        starts = [h.place(base.hypothesis, there.theta, v) for _, v in seen_there.starts]
+        other = judge.fit(h, starts, worth=HOPE * f.chi2, few=SCOUTS) if starts else f
+        return min((f, other), key=lambda f: f.bic)
+
+    return s.each(again, list(zip(seen, fits, strict=True)))
 
 
 ASTRAY = 5.0
@@ -133,7 +136,7 @@ DECADES, FRESH = 2.0, 32
 """… and descents start all over, from so many points that lie within so many decades of its defaults."""
 
 
-def _afresh(base: Fit, judge: Judge, fits: Sequence[Fit]) -> list[Fit]:
+def _afresh(s: Setting, base: Fit, judge: Judge, fits: Sequence[Fit]) -> list[Fit]:
     """`fits` of sweeps, where none is near the recordings again from all over the parameters' range: what an
     effect as large as the base itself has bent, no descent brings back."""
     best = min(fits, key=lambda f: f.chi2, default=base)
@@ -141,33 +144,39 @@ def _afresh(base: Fit, judge: Judge, fits: Sequence[Fit]) -> list[Fit]:
         return list(fits)
     h, rng = base.hypothesis, np.random.default_rng(0)
     defaults = base_starts(h, 0, 1)[0]
-    found = []
-    for f in fits:
+
+    def scattered(f: Fit) -> tuple[Fit, list[Array]]:
         grid, span = f.hypothesis.added[-1].grid, np.log(10.0) * DECADES
         starts = [
             f.hypothesis.place(h, defaults * np.exp(rng.uniform(-span, span, len(defaults))), own)
             for own in (grid[k] for k in rng.integers(len(grid), size=FRESH))
         ]
-        found.append(min(f, judge.fit(f.hypothesis, starts, worth=HOPE * f.chi2), key=lambda f: f.bic))
-    return found
+        return f, starts
+
+    def again(found: tuple[Fit, list[Array]]) -> Fit:
+        f, starts = found
+        return min(f, judge.fit(f.hypothesis, starts, worth=HOPE * f.chi2), key=lambda f: f.bic)
+
+    return s.each(again, [scattered(f) for f in fits])
 
 
-def _crossed(base: Fit, judge: Judge, fits: Sequence[Fit]) -> list[Fit]:
+def _crossed(s: Setting, base: Fit, judge: Judge, fits: Sequence[Fit]) -> list[Fit]:
     """`fits` of sweeps that explain something, again from where the best few have taken the base's own
     parameters: a modulus has a valley on either side of a loss that vanishes, and none may win by its
     start."""
     guides = [f.hypothesis.values_of(f.theta, base.hypothesis) for f in sorted(fits, key=lambda f: f.bic)]
-    found = []
-    for f in fits:
-        if base.bic - f.bic > ALARM:
-            own = dict(zip(f.hypothesis.names, f.theta.tolist(), strict=True))
-            own = {n: v for n, v in own.items() if n not in base.hypothesis.names}
-            here = f.hypothesis.values_of(f.theta, base.hypothesis)
-            there = (x for x in guides[:GUIDES] if not np.allclose(x, here, rtol=0.1, atol=0.0))
-            starts = [f.hypothesis.place(base.hypothesis, x, own) for x in there]
-            f = min([f, judge.fit(f.hypothesis, starts)] if starts else [f], key=lambda f: f.bic)
-        found.append(f)
-    return found
+
+    def crossed(f: Fit) -> Fit:
+        if base.bic - f.bic <= ALARM:
+            return f
+        own = dict(zip(f.hypothesis.names, f.theta.tolist(), strict=True))
+        own = {n: v for n, v in own.items() if n not in base.hypothesis.names}
+        here = f.hypothesis.values_of(f.theta, base.hypothesis)
+        there = (x for x in guides[:GUIDES] if not np.allclose(x, here, rtol=0.1, atol=0.0))
+        starts = [f.hypothesis.place(base.hypothesis, x, own) for x in there]
+        return min([f, judge.fit(f.hypothesis, starts)] if starts else [f], key=lambda f: f.bic)
+
+    return s.each(crossed, fits)
 
 
 GUIDES = 4

@@ -55,7 +55,7 @@ def swapped(
         if len(best.ids) == 2:
             _keep(found, _crossed(s, judge, best, found))
         if len(best.ids) > 1:
-            _keep(found, _guided(judge, min(found.values(), key=lambda f: f.bic), found))
+            _keep(found, _guided(s, judge, min(found.values(), key=lambda f: f.bic), found))
         if len(best.ids) > 1 and not s.model.is_time_model:
             _keep(found, _elsewhere(s, judge, found, len(best.ids), places_of))
         stays = min(f.bic for f in found.values()) > best.bic - 1.0
@@ -201,20 +201,20 @@ def _crossed(s: Setting, judge: Judge, best: Fit, found: dict[Key, Fit]) -> list
         if x.id != y.id and frozenset((x.key, y.key)) not in found
     }
     made = make_hypotheses(s.model, s.case, s.series, [(x, y) for x, _, y, _ in chosen.values()])
-    return [judge.fit(h, _starts(h, *chosen[h.key]), worth=LOOSE * best.chi2) for h in made]
+    return s.each(lambda h: judge.fit(h, _starts(h, *chosen[h.key]), worth=LOOSE * best.chi2), made)
 
 
-def _guided(judge: Judge, best: Fit, found: Mapping[Key, Fit]) -> list[Fit]:
+def _guided(s: Setting, judge: Judge, best: Fit, found: Mapping[Key, Fit]) -> list[Fit]:
     """The hypotheses that differ from the best one in one effect, fitted again from where that has taken what
     they share: another partner may have left it elsewhere, and none may win by its start."""
-    fits = []
-    for f in found.values():
-        other = f.hypothesis.key - best.hypothesis.key
-        if len(f.ids) == len(best.ids) and len(other) == 1:
-            a = next(a for a in f.hypothesis.added if a.key in other)
-            start = f.hypothesis.place(best.hypothesis, best.theta, own_values(f, a))
-            fits.append(judge.fit(f.hypothesis, [start], worth=LOOSE * best.chi2))
-    return fits
+
+    def guided(f: Fit) -> Fit:
+        a = next(a for a in f.hypothesis.added if a.key not in best.hypothesis.key)
+        start = f.hypothesis.place(best.hypothesis, best.theta, own_values(f, a))
+        return judge.fit(f.hypothesis, [start], worth=LOOSE * best.chi2)
+
+    others = [f for f in found.values() if len(f.ids) == len(best.ids)]
+    return s.each(guided, [f for f in others if len(f.hypothesis.key - best.hypothesis.key) == 1])
 
 
 def _elsewhere(
