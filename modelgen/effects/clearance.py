@@ -218,17 +218,31 @@ def _positive(x: Any) -> Any:
     return (x + Abs(x)) / 2
 
 
-def _round_stop(side: int) -> Effect:
+def _power_stop(side: int) -> Effect:
+    """F = ±P (x/1 unit)^m, x the way beyond the contact."""
     end = "upper" if side > 0 else "lower"
+
+    def apply(model: Model, port: Port, p: Values) -> Model:
+        unit = Parameter(
+            "unit_way", unit_of(model, port["z"]), 1.0, (0.5, 2.0), "the unit of way", known=True
+        )
+        beyond = _positive(side * (port["z"] - p[f"c_{end}"])) / unit
+        return model.with_parameters(unit).extend(
+            port.equation, lambda F: F + side * p[f"P_{end}"] * (beyond + 1e-12) ** p[f"m_{end}"]
+        )
+
     return replace(
         _stop(side),
-        says=f"beyond a certain displacement a round stop at the {end} end comes into contact: its force "
-        f"grows with the power 3/2 of the way beyond",
-        source="H. Hertz, J. reine angew. Math. 92 (1882) 156; K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. "
-        "42 (1975) 440",
-        strengths=(Strength(f"H_{end}", "{port}/{z}**1.5", text="Hertz' constant of the contact"),),
-        apply=add(lambda at, p: side * p[f"H_{end}"] * _positive(side * (at["z"] - p[f"c_{end}"])) ** 1.5),
-        shapes=(replace(_stop(side).shapes[0], name=f"c_{end}"),),
+        says=f"beyond a certain displacement a round or soft stop at the {end} end comes into contact: its "
+        "force grows with a power of the way beyond",
+        source="H. Hertz, J. reine angew. Math. 92 (1882) 156: 3/2 for round bodies; K. L. Johnson, Contact "
+        "Mechanics (1985), ch. 4: other powers for other forms",
+        strengths=(Strength(f"P_{end}", "{port}", text="force at unit way beyond the contact"),),
+        apply=apply,
+        shapes=(
+            replace(_stop(side).shapes[0], name=f"c_{end}"),
+            Shape(f"m_{end}", "1", "1", 1.05, 2.5, 2, log=False, text="power of the way beyond the contact"),
+        ),
     )
 
 
@@ -279,5 +293,5 @@ gradual_backlash = Effect(
 
 EFFECTS = (
     backlash, loose_spring, dead_zone, free_play, gradual_backlash, gapped_friction,
-    _stop(1), _stop(-1), _round_stop(1), _round_stop(-1), _soft_stop(1), _soft_stop(-1),
+    _stop(1), _stop(-1), _power_stop(1), _power_stop(-1), _soft_stop(1), _soft_stop(-1),
 )  # fmt: skip

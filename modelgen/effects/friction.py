@@ -70,8 +70,8 @@ second_slider = Effect(
     common=RARER,
 )
 
-SLIDERS = 6
-DECADES = 1.5  # from the first that slips to the last one: the others have their slip lengths between
+SLIDERS = 10
+DECADES = 1.35  # from the first that slips to the last one: the others have their slip lengths between
 
 
 def _many_sliders(model: Model, port: Port, p: Values) -> Model:
@@ -86,7 +86,8 @@ def _many_sliders(model: Model, port: Port, p: Values) -> Model:
         name = f"sliders_r_{k}"
         slip = ratio * p["z_i"]
         turn = Equation(f"{name}_turn", within(Symbol(name, real=True) + ways[0] / slip, 1))
-        r = State(name, SLIPPED, within(turn.symbol + ways[1] / slip, 1), text="state of a slider")
+        rest = within(SLIPPED.symbol / ratio, 1)  # all have come the same way
+        r = State(name, rest, within(turn.symbol + ways[1] / slip, 1), text="state of a slider")
         statements += [turn, r]
         total += share * r.symbol
     h = p["h_i"] / sum(shares)
@@ -103,7 +104,7 @@ many_sliders = replace(
     apply=_many_sliders,
     shapes=(
         Shape("z_i", "{z}", "displacement", 0.05, 3.0, 4, text="way from rest to slip of the last spot"),
-        Shape("q", "1", "1", 0.0, 1.5, 2, log=False, text="power of the slip length with which force grows"),
+        Shape("q", "1", "1", 0.0, 3.0, 3, log=False, text="power of the slip length with which force grows"),
     ),
 )
 
