@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
 from modelgen.diagnose.hypotheses.refit import base_starts
 from modelgen.diagnose.noise.glitches import abrupt
 from modelgen.diagnose.noise.noise import outliers
+from modelgen.diagnose.noise.recurring import lone
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.fit.scatter import rounding, stands
 from modelgen.fit.series import make_series
@@ -32,6 +34,21 @@ def swing(folder: Path, samples: int) -> Path:
         'model = "modified_dahl"\n[[recording]]\nfile = "swing.csv"\nrole = "fit"\n'
     )
     return folder / "case.toml"
+
+
+def test_what_recurs_where_the_motion_comes_is_no_outlier() -> None:
+    """Contacts of two samples at the top of each stroke stand off their neighbours as glitches do."""
+    rng, t = np.random.default_rng(3), np.arange(4000) / 400
+    z = np.sin(2 * np.pi * 17.3 * t)
+    glitches = rng.choice(4000, 20, replace=False)
+    white = rng.standard_normal((1, 4000)) + 400 * np.maximum(z - 0.96, 0)
+    white[0, glitches] += 30
+    model = load("kelvin_voigt")
+    s = SimpleNamespace(inputs={i.name: z if i.name == "z" else np.gradient(z, t) for i in model.inputs})
+    marks = outliers(white)
+    assert marks.sum() > 100
+    kept = lone(model, s, white, marks, outliers)
+    assert kept[glitches].sum() > 15 and kept.sum() < 25
 
 
 @pytest.mark.parametrize(("samples", "told"), [(7, True), (40, False)])

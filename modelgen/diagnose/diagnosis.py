@@ -17,7 +17,7 @@ from modelgen.diagnose.hypotheses.addition import additions
 from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, record_scales, values_at
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.between import smoothly_driven
-from modelgen.diagnose.noise.glitches import laid_open, rather
+from modelgen.diagnose.noise.glitches import laid_open, rather, uncovered
 from modelgen.diagnose.noise.history import unrested
 from modelgen.diagnose.noise.noise import marked
 from modelgen.diagnose.noise.resolved import unresolved
@@ -135,9 +135,11 @@ def _searched(
     if exact(ground.base):
         return ground, setting, Outcome(ground.judge, ground.base, ground.base, (), ())
     outcome = search(setting, ground.base, ground.judge, progress)
-    few = not model.is_time_model  # of the samples over time a few more or less say little
-    seen = laid_open(outcome.base, outcome.best, ground.bare, ground.marks) if few else None
-    alone = glitch(outcome) if few and seen is None else None
+    if model.is_time_model:
+        seen, alone = uncovered(outcome.best, ground.bare, ground.marks), None
+    else:
+        seen = laid_open(outcome.base, outcome.best, ground.bare, ground.marks)
+        alone = glitch(outcome) if seen is None else None
     if alone is not None:
         seen = [a | b for a, b in zip(alone, ground.marks, strict=True)]
     if seen is None:

@@ -16,7 +16,7 @@ from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_wh
 from modelgen.diagnose.noise.floor import no_finer_than_rounded, parted, slanted
 from modelgen.diagnose.noise.frame import framed
 from modelgen.diagnose.noise.glitches import bursts, by_chance
-from modelgen.diagnose.noise.noise import masked, outliers_of
+from modelgen.diagnose.noise.noise import masked, outliers, outliers_of, tread
 from modelgen.diagnose.noise.staircase import rounded
 from modelgen.diagnose.search.search import white_judge
 from modelgen.fit.experiment import Experiment, experiment
@@ -99,9 +99,10 @@ def _oddity(
     model: Model, series: Sequence[Series], white: Sequence[Array], marks: tuple[Array, ...]
 ) -> tuple[Leftover | None, tuple[Array, ...]]:
     """What the outliers have in common, if anything, and all samples that it spoils."""
-    if model.is_time_model:
-        found, more = saturation(series, white, marks)
-        return found, tuple(more)
+    if model.is_time_model:  # the ends of a record are where the motion always comes
+        stand_out = [outliers(e, least=tread(s)) for s, e in zip(series, white, strict=True)]
+        found, more = saturation(series, white, stand_out)
+        return found, tuple(a | b for a, b in zip(marks, more, strict=True))
     if any(s.measure == "real" for s in series):
         return None, marks
     ports = {p.name for p in model.ports}

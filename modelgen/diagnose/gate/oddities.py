@@ -35,9 +35,9 @@ def saturation(
     series: Sequence[Series], white: Sequence[Array], marks: Sequence[Array]
 ) -> tuple[Leftover | None, list[Array]]:
     """A plateau at an end of a record, which the model has not; and the samples on it, and on others like it
-    in all records, beside those of `marks`."""
+    in all records. marks: what stands off its neighbours."""
     says, gain = "", 0.0
-    more = [m.copy() for m in marks]
+    on = [np.zeros(s.n, dtype=bool) for s in series]
     for k, (s, e, m) in enumerate(zip(series, white, marks, strict=True)):
         for side in (1.0, -1.0):
             end = _plateau(s, e[0], side)
@@ -51,8 +51,8 @@ def saturation(
             gain += float(np.sum(e[0][end] ** 2))
             spoilt = np.zeros(s.n, dtype=bool)
             spoilt[end] = True
-            more[k] |= np.convolve(spoilt, np.ones(2 * BESIDE + 1), "same") > 0
-    return (Leftover(gain, gain, "force", says) if says else None), more
+            on[k] |= np.convolve(spoilt, np.ones(2 * BESIDE + 1), "same") > 0
+    return (Leftover(gain, gain, "force", says) if says else None), on
 
 
 def _cut(s: Series, e: Array, marks: Array, side: float) -> Array | None:

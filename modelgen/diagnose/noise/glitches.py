@@ -1,4 +1,4 @@
-"""Samples of sweeps that no law explains, found where a fit follows them or is bent by them."""
+"""Samples that no law explains: fits of sweeps follow or are bent by them, a misfit over time hides them."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from modelgen.fit.series import Array, Series
 
 HIDDEN = 100.0
 """Squares of newly found outliers, over the noise, that are worth a second search."""
+PART = 0.02
+"""… over time at least this part of those of all samples."""
 ABOVE = 4.0
 """Times what leaving out any sample nearby would take away, that leaving out an outlier does."""
 RIDGE = 1e-9
@@ -70,6 +72,17 @@ def laid_open(base: Fit, best: Fit, bare: Sequence[Series], marks: Sequence[Arra
             return None
         weight += float(np.sum(white[:, found[-1] & ~known] ** 2) + np.sum(pulled[k][pulls]))
     return found if weight > HIDDEN else None
+
+
+def uncovered(best: Fit, bare: Sequence[Series], marks: Sequence[Array]) -> list[Array] | None:
+    """Outliers of each record over time, (n,) bool, as the best law shows them; None where little changes
+    beside those that were known, `marks`. bare: the records with their outliers."""
+    e = replace(best.hypothesis.experiment, series=tuple(bare))
+    found, weight = [outliers_of(e, best.theta, k) for k in range(len(bare))], 0.0
+    for k, (s, now, known) in enumerate(zip(bare, found, marks, strict=True)):
+        square = np.sum(s.whitener.apply(e.raw(best.theta, k)) ** 2, axis=0)
+        weight += float(np.sum(square[now & ~known])) + np.count_nonzero(known & ~now)
+    return found if weight > max(HIDDEN, PART * sum(s.data.size for s in bare)) else None
 
 
 def rather(judge: Judge, best: Fit, without: Fit) -> bool:

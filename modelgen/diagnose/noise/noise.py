@@ -5,9 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+from modelgen.diagnose.noise.recurring import lone
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.scatter import local_scatter, rounding, stands
 from modelgen.fit.series import Array, Series
@@ -107,7 +109,8 @@ def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
     white = s.whitener.apply(e.raw(theta, k))
     if s.measure != "real" or not e.model.is_time_model:
         return outliers(white, modelled_output(e, theta, k))
-    return outliers(white, least=tread(s))
+    least = tread(s)
+    return lone(e.model, s, white, outliers(white, least=least), partial(outliers, least=least))
 
 
 def scatter(s: Series, x: Array) -> float:

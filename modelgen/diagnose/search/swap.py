@@ -69,11 +69,13 @@ def swapped(
 
 def exchanged(s: Setting, base: Fit, judge: Judge, best: Fit, scores: Sequence[Score]) -> list[Fit]:
     """`best` with each of its effects exchanged for other laws of the same physics, and for the few others
-    that promise most: a beam follows what gains first. Where fits are dear."""
-    found = []
+    that promise most, and of a pair both: a beam follows what gains first. Where fits are dear."""
+    found: dict[Key, Fit] = {}
     for a in best.hypothesis.added:
-        found += _exchanges(s, base, judge, best, a, scores, FEW, {}, scouting=True)
-    return found
+        _keep(found, _exchanges(s, base, judge, best, a, scores, FEW, {}, scouting=True))
+    if len(best.ids) == 2:
+        _keep(found, _crossed(s, judge, best, found))
+    return list(found.values())
 
 
 def parts(s: Setting, judge: Judge, best: Fit) -> list[Fit]:
