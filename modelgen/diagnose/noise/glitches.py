@@ -76,11 +76,14 @@ def laid_open(base: Fit, best: Fit, bare: Sequence[Series], marks: Sequence[Arra
 
 def uncovered(best: Fit, bare: Sequence[Series], marks: Sequence[Array]) -> list[Array] | None:
     """Outliers of each record over time, (n,) bool, as the best law shows them; None where little changes
-    beside those that were known, `marks`. bare: the records with their outliers."""
+    beside those that were known, `marks`, or the law leaves more than noise itself. bare: the records with
+    their outliers."""
     e = replace(best.hypothesis.experiment, series=tuple(bare))
     found, weight = [outliers_of(e, best.theta, k) for k in range(len(bare))], 0.0
     for k, (s, now, known) in enumerate(zip(bare, found, marks, strict=True)):
         square = np.sum(s.whitener.apply(e.raw(best.theta, k)) ** 2, axis=0)
+        if np.mean(square[~now]) > FITS**2 * len(s.data):
+            return None
         weight += float(np.sum(square[now & ~known])) + np.count_nonzero(known & ~now)
     return found if weight > max(HIDDEN, PART * sum(s.data.size for s in bare)) else None
 

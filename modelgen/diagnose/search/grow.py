@@ -47,7 +47,8 @@ def grow(
         if g.other is not None:
             own = dict(zip(g.fit.hypothesis.names, g.fit.theta, strict=True))
             starts.append(h.place(g.other.hypothesis, g.other.theta, _only(own, g.fit)))
-        return judge.fit(h, starts, worth=np.inf if s.cheap else _worth(g.fit, judge))
+        f = judge.fit(h, starts, worth=np.inf if s.cheap else _worth(g.fit, judge))
+        return f if s.cheap else judge.revived(f, g.fit)
 
     found = s.each(fitted, made)
     return found if s.cheap else [*found, *_likewise(s, judge, beam, found)]

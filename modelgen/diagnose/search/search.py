@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from modelgen.diagnose.hypotheses.addition import Addition
 from modelgen.diagnose.hypotheses.evidence import Smooth, levels
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, plain_white
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, mean_square, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Outcome, Progress, Setting
 from modelgen.diagnose.noise.recolour import judged_anew, near_smooth, recolour, recolour_pairs
 from modelgen.diagnose.noise.replica import TIMES, motion_matters, replicas, undeserved, unfair
@@ -22,7 +22,7 @@ from modelgen.diagnose.search.grow import grow
 from modelgen.diagnose.search.joint import joint
 from modelgen.diagnose.search.screen import Score
 from modelgen.diagnose.search.singles import from_singles, screened
-from modelgen.diagnose.search.swap import better_of, exchanged, parts, swapped
+from modelgen.diagnose.search.swap import Key, better_of, exchanged, parts, swapped
 from modelgen.fit.series import Series
 
 MOST = 3
@@ -69,16 +69,44 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
         elif not grown or not hidden(s, judge, best, winner, depth):
             break
     if len(best.ids) > 1 and not s.cheap:
-        others = exchanged(s, base, judge, best, scores)
-        if min(f.bic for f in others) < best.bic:
+        judge, best, tried = _exchanged(s, judge, base, best, scores, first, tried)
+    best, less = _pruned(s, judge, base, best, list(tried.values()))
+    best = base if worse(s, base, best) else best  # under the last colour
+    return _concluded(s, judge, base, best, better_of(list(tried.values()), less), blind, singles)
+
+
+ROUNDS = 5
+"""Exchanges one after another where fits are dear, while they make the best hypothesis better."""
+MISSED = 1.5
+"""Times the square of the noise: what leaves more is exchanged anew beside the same."""
+
+
+def _exchanged(
+    s: Setting,
+    judge: Judge,
+    base: Fit,
+    best: Fit,
+    scores: Sequence[Score],
+    first: Sequence[Fit],
+    tried: Mapping[Key, Fit],
+) -> tuple[Judge, Fit, dict[Key, Fit]]:
+    """The best hypothesis that exchanges of its effects lead to, the judge who has vetted it, and all that
+    was tried."""
+    tried, done = dict(tried), frozenset[Key]()
+    for _ in range(ROUNDS):
+        others, done = exchanged(s, base, judge, best, scores, done)
+        if min((f.bic for f in others), default=best.bic) < best.bic:
             judge, others = _deserved(s, judge, [base, *first], others)
         known = [tried[f.hypothesis.key] for f in others if f.hypothesis.key in tried]
         known = [judge.look(f.hypothesis, f.theta) for f in known]
         tried |= {f.hypothesis.key: f for f in better_of(known, others)}
+        before = best
         best = min([best, *(f for f in others if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
-    best, less = _pruned(s, judge, base, best, list(tried.values()))
-    best = base if worse(s, base, best) else best  # under the last colour
-    return _concluded(s, judge, base, best, better_of(list(tried.values()), less), blind, singles)
+        if best is before:
+            break
+        if mean_square(plain_white(best)) > MISSED:  # its values are not those that they will be
+            done = frozenset()
+    return judge, best, tried
 
 
 def _pruned(s: Setting, judge: Judge, base: Fit, best: Fit, tried: Sequence[Fit]) -> tuple[Fit, list[Fit]]:

@@ -73,7 +73,8 @@ def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score])
         k, x = ranked
         places = [(base.theta, v) for _, v in (x.starts if k < 12 else x.starts[:1])]
         places += [(theta, x.starts[0][1]) for theta in defaults]
-        return judge.fit(x.hypothesis, [x.hypothesis.place(base.hypothesis, t, v) for t, v in places])
+        f = judge.fit(x.hypothesis, [x.hypothesis.place(base.hypothesis, t, v) for t, v in places])
+        return f if s.cheap else judge.revived(f, base)
 
     fits = s.each(fitted, list(enumerate(seen[:count])))
     if s.cheap and not s.model.is_time_model:

@@ -67,15 +67,21 @@ def swapped(
     return list(found.values())
 
 
-def exchanged(s: Setting, base: Fit, judge: Judge, best: Fit, scores: Sequence[Score]) -> list[Fit]:
+def exchanged(
+    s: Setting, base: Fit, judge: Judge, best: Fit, scores: Sequence[Score], done: frozenset[Key]
+) -> tuple[list[Fit], frozenset[Key]]:
     """`best` with each of its effects exchanged for other laws of the same physics, and for the few others
-    that promise most, and of a pair both: a beam follows what gains first. Where fits are dear."""
+    that promise most, and of a pair both: a beam follows what gains first. Where fits are dear.
+
+    done: what effects have been exchanged beside; it is returned with what they are now.
+    """
     found: dict[Key, Fit] = {}
-    for a in best.hypothesis.added:
+    places = [a for a in best.hypothesis.added if best.hypothesis.key - {a.key} not in done]
+    for a in places:
         _keep(found, _exchanges(s, base, judge, best, a, scores, FEW, {}, scouting=True))
     if len(best.ids) == 2:
         _keep(found, _crossed(s, judge, best, found))
-    return list(found.values())
+    return list(found.values()), done | {best.hypothesis.key - {a.key} for a in places}
 
 
 def parts(s: Setting, judge: Judge, best: Fit) -> list[Fit]:
@@ -136,7 +142,8 @@ def _exchanges(
         starts = [h.place(rest, p.theta, p.values) for p in found[key]]
         if key in singles:
             starts.append(h.place(rest, beside.theta, own_values(singles[key], h.added[-1])))
-        return judge.fit(h, starts, worth=LOOSE * best.chi2)
+        f = judge.fit(h, starts, worth=LOOSE * best.chi2)
+        return f if s.cheap else judge.revived(f, beside)
 
     return ([alone] if kept else []) + s.each(fitted, made)
 
