@@ -76,12 +76,20 @@ def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score])
         f = judge.fit(x.hypothesis, [x.hypothesis.place(base.hypothesis, t, v) for t, v in places])
         return f if s.cheap else judge.revived(f, base)
 
-    fits = s.each(fitted, list(enumerate(seen[:count])))
+    first: dict[str, Score] = {}
+    for x in seen:
+        first.setdefault(x.addition.id, x)
+    named = {x.addition.id for x in seen[:count]}
+    others = [x for x in first.values() if x.addition.id not in named]
+    seen = [*seen[:count], *others[:OTHERS]]
+    fits = s.each(fitted, list(enumerate(seen)))
     if s.cheap and not s.model.is_time_model:
         fits = _beside(s, base, judge, seen, _scouted(s, base, judge, seen, fits))
     return fits
 
 
+OTHERS = 3
+"""Effects beyond the most promising laws, where fits are dear: the many laws of one leave others a place."""
 HOPE = 2.0
 """Times the χ² of a fit that is there, which descents from elsewhere must reach in their first steps."""
 SOME, EVERY = 24, 1000
