@@ -10,14 +10,14 @@ from modelgen.effects.effect import Effect, Shape, Strength, add_impedance, chan
 from modelgen.effects.resonance import LOSS
 from modelgen.language import im, j, re
 
-LEVELS = 14
+LEVELS = 22
 
 
 def xcotx(q: Any) -> Any:
     """√q cot √q by Lambert's continued fraction 1 − q/(3 − q/(5 − …)).
 
     Meromorphic, finite and smooth at q = 0, poles where they belong; its error is below 1e-6 of max(1, |x
-    cot x|) for |q| < 40, where the poles at π² and 4π² lie; below 1e-13 for |q| < 12.
+    cot x|) for |q| < 160, where the first four poles lie, and below 1e-11 for |q| < 90.
     """
     tail: Any = 2 * LEVELS + 1
     for n in range(2 * LEVELS - 1, 0, -2):
@@ -54,7 +54,7 @@ def _rod(lossy: bool) -> Effect:
         (
             Strength(
                 tau2, "s**2", text="square of the time τ that a wave needs along the rod",
-                scale="1/max(omega)**2", low=0.0025, high=40.0, points=150,
+                scale="1/max(omega)**2", low=0.0025, high=160.0, points=200,
             ),
         ),
         change(
@@ -101,7 +101,7 @@ moving_rod = Effect(
             - j * at["omega"] * p["m_free"]
         )
     ),
-    (Shape("tau_free", "s", "1/max(omega)", 0.3, 6.3, 150, text="time that a wave needs along the rod"),),
+    (Shape("tau_free", "s", "1/max(omega)", 0.3, 12.6, 200, text="time that a wave needs along the rod"),),
     needs=("omega",),
     secant=True,  # a little of it has its resonances where much of it hasn't
 )  # fmt: skip

@@ -15,8 +15,8 @@ from modelgen.fit.series import Array, Series
 
 HIDDEN = 100.0
 """Squares of newly found outliers, over the noise, that are worth a second search."""
-PART = 0.02
-"""… over time at least this part of those of all samples."""
+PART = 0.2
+"""… over time at least this part of those of all others."""
 ABOVE = 4.0
 """Times what leaving out any sample nearby would take away, that leaving out an outlier does."""
 RIDGE = 1e-9
@@ -75,17 +75,17 @@ def laid_open(base: Fit, best: Fit, bare: Sequence[Series], marks: Sequence[Arra
 
 
 def uncovered(best: Fit, bare: Sequence[Series], marks: Sequence[Array]) -> list[Array] | None:
-    """Outliers of each record over time, (n,) bool, as the best law shows them; None where little changes
-    beside those that were known, `marks`, or the law leaves more than noise itself. bare: the records with
-    their outliers."""
+    """Outliers of each record over time, (n,) bool, as the best law shows them; None where few are new beside
+    those that were known, `marks`, or the law leaves more than noise. bare: the records with outliers."""
     e = replace(best.hypothesis.experiment, series=tuple(bare))
-    found, weight = [outliers_of(e, best.theta, k) for k in range(len(bare))], 0.0
+    found, new, left = [outliers_of(e, best.theta, k) for k in range(len(bare))], 0.0, 0.0
     for k, (s, now, known) in enumerate(zip(bare, found, marks, strict=True)):
         square = np.sum(s.whitener.apply(e.raw(best.theta, k)) ** 2, axis=0)
         if np.mean(square[~now]) > FITS**2 * len(s.data):
             return None
-        weight += float(np.sum(square[now & ~known])) + np.count_nonzero(known & ~now)
-    return found if weight > max(HIDDEN, PART * sum(s.data.size for s in bare)) else None
+        new += float(np.sum(square[now & ~known]))
+        left += float(np.sum(square[~now]))
+    return found if new > max(HIDDEN, PART * left) else None
 
 
 def rather(judge: Judge, best: Fit, without: Fit) -> bool:
