@@ -32,6 +32,14 @@ from modelgen.truths import draw, write_case
             204900095, ("stribeck_friction", "power_law_viscoelasticity"), "misstated", 20.0,
             id="beside the bent creep friction falls with speed, alone it would rise",
         ),
+        pytest.param(
+            260100054, ("asymmetric_stiffness", "end_stop"), "coloured", 6.0,
+            id="a descent that leaves no friction finds no way back",
+        ),
+        pytest.param(
+            260200059, ("payne_softening", "second_dahl_element"), "quantised", 6.0,
+            id="both have another law than either has beside what the other was first",
+        ),
     ],
 )  # fmt: skip
 def test_both_of_a_pair_are_named(

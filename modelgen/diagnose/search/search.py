@@ -12,11 +12,11 @@ from modelgen.diagnose.hypotheses.addition import Addition
 from modelgen.diagnose.hypotheses.evidence import Smooth, levels
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, mean_square, misfit, plain_white
-from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Outcome, Progress, Setting
+from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Progress, Setting
 from modelgen.diagnose.noise.recolour import judged_anew, near_smooth, recolour, recolour_pairs
-from modelgen.diagnose.noise.replica import TIMES, motion_matters, replicas, undeserved, unfair
 from modelgen.diagnose.noise.smooth_error import quietness, smooth_error, with_smooth
 from modelgen.diagnose.search.claim import gains, hidden, own_gain, worse
+from modelgen.diagnose.search.deserved import among_rivals, deserved
 from modelgen.diagnose.search.far import BENT, beyond_scatter
 from modelgen.diagnose.search.grow import grow
 from modelgen.diagnose.search.joint import joint
@@ -50,7 +50,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
     judge, base, first = recolour(s, judge, base, first)
     if progress:
         progress(0.6, "fitting")
-    judge, first = _deserved(s, judge, [base], first)
+    judge, first = deserved(s, judge, [base], first)
     best, grown, tried = base, first, {f.hypothesis.key: f for f in first}
     for depth in range(1, MOST + 1):
         if depth > 1:
@@ -96,7 +96,7 @@ def _exchanged(
     for _ in range(ROUNDS):
         others, done = exchanged(s, base, judge, best, scores, done)
         if min((f.bic for f in others), default=best.bic) < best.bic:
-            judge, others = _deserved(s, judge, [base, *first], others)
+            judge, others = deserved(s, judge, [base, *first], others)
         known = [tried[f.hypothesis.key] for f in others if f.hypothesis.key in tried]
         known = [judge.look(f.hypothesis, f.theta) for f in known]
         tried |= {f.hypothesis.key: f for f in better_of(known, others)}
@@ -155,7 +155,7 @@ def _deeper(
         more = [*grown, *_together(s, base, judge, scores, first, grown, depth)]
         more = swapped(s, base, judge, more, scores, first)
         judge, base, grown, best = recolour_pairs(s, judge, base, more, best)
-    judge, grown = _deserved(s, judge, [base, *beam], grown)
+    judge, grown = deserved(s, judge, [base, *beam], grown)
     return judge, base, best, grown
 
 
@@ -215,7 +215,7 @@ def _concluded(
     if found is not None:
         return found
     base, best, *tried = [judge.look(f.hypothesis, f.theta) for f in (base, best, *tried)]
-    fair = _among_rivals(s, judge, best, [base, best, *tried])
+    fair = among_rivals(s, judge, best, [base, best, *tried])
     if fair is not judge:
         tried = [fair.look(f.hypothesis, f.theta) for f in (best, *tried)]
         best = min((f for f in tried if len(f.ids) == len(best.ids)), key=lambda f: f.bic)
@@ -257,57 +257,6 @@ def _with_smooth(
     if misfit(chosen) > FARTHER * misfit(before):
         return None
     return Outcome(judge, base, chosen, tuple(fits), blind)
-
-
-def _deserved(s: Setting, judge: Judge, parents: Sequence[Fit], fits: list[Fit]) -> tuple[Judge, list[Fit]]:
-    """Take from the best of `fits` what errors of the motion give them beside the parent they grew from."""
-    if judge.temper > 1.0 or not s.model.is_time_model or not motion_matters(s.series):
-        return judge, fits
-    made: dict[frozenset[tuple[str, str, int]], tuple[Series, ...]] = {}
-    while True:
-        first = sorted(fits, key=lambda f: f.bic)[: s.beam]
-        child = next((f for f in first if f.hypothesis.key not in judge.excess), None)
-        if child is None:
-            return judge, fits
-        parent = min((p for p in parents if p.hypothesis.key < child.hypothesis.key), key=lambda p: p.bic)
-        key = parent.hypothesis.key
-        if key not in made:
-            made[key] = replicas(s.model, s.case, parent, judge.whiteners, seed=len(key))
-        own = judge.excess.get(key, 0.0) + undeserved(judge, parent, child, made[key])
-        judge = replace(judge, excess={**judge.excess, child.hypothesis.key: own})
-        fits = [judge.look(f.hypothesis, f.theta) if f is child else f for f in fits]
-
-
-SIMILAR = 0.1
-"""Rivals that gain all but this share of what the best one gains may be what is there in its stead."""
-RIVALS = 3
-
-
-def _among_rivals(s: Setting, judge: Judge, best: Fit, tried: Sequence[Fit]) -> Judge:
-    """The judge who gives to those that do nearly as well as `best` what errors of the motion give it."""
-    if judge.temper > 1.0 or not best.ids or not s.model.is_time_model or not motion_matters(s.series):
-        return judge
-    less = min((f for f in tried if len(f.ids) < len(best.ids)), key=lambda f: f.bic)
-    near = best.bic + SIMILAR * max(0.0, less.bic - best.bic)
-    first: dict[tuple[str, ...], Fit] = {}
-    for f in sorted(tried, key=lambda f: f.bic):
-        if best.bic + CLOSE < f.bic < near and len(f.ids) == len(best.ids) and set(f.ids) != set(best.ids):
-            first.setdefault(f.ids, f)
-    rivals = list(first.values())[:RIVALS]
-    if not rivals:
-        return judge
-
-    def made(f: Fit) -> list[tuple[Series, ...]]:
-        return [replicas(s.model, s.case, f, judge.whiteners, seed) for seed in range(TIMES)]
-
-    if_best = made(best)
-    excess = dict(judge.excess)
-    for rival in rivals:
-        lead = unfair(judge, best, rival, if_best, made(rival))
-        for f in tried:  # what holds the rival is as much better
-            if lead and rival.hypothesis.key <= f.hypothesis.key:
-                excess[f.hypothesis.key] = excess.get(f.hypothesis.key, 0.0) - lead
-    return judge if excess == judge.excess else replace(judge, excess=excess)
 
 
 def _from_there(judge: Judge, best: Fit, winner: Fit) -> Fit:
