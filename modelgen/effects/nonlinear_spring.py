@@ -49,6 +49,20 @@ asymmetric_stiffness = Effect(
 )
 
 
+def _one_sided(side: int) -> Effect:
+    end, where = ("pos", "positive") if side > 0 else ("neg", "negative")
+    return Effect(
+        "asymmetric_stiffness",
+        ("force",),
+        f"the spring hardens (or softens) in one direction alone, with the square of what is {where} of z",
+        TEXTBOOK + ": one of two springs is linear",
+        (Strength(f"k_{end}", "{port}/{z}**2", bounds=ANY, text="quadratic term on that side"),),
+        add(lambda at, p: side * p[f"k_{end}"] * Max(0, side * at["z"]) ** 2),
+        needs=("z",),
+        common=0.5,
+    )
+
+
 STEEP = 20.0
 """The largest exponent: a search may ask for a spring that nothing would move."""
 
@@ -145,6 +159,6 @@ def _rubber(side: int) -> Effect:
 
 
 EFFECTS = (
-    cubic_stiffness, quintic_stiffness, asymmetric_stiffness, _exponential(1), _exponential(-1), _rubber(1),
-    _rubber(-1), bilinear_stiffness, _magnet(1), _magnet(-1),
+    cubic_stiffness, quintic_stiffness, asymmetric_stiffness, _one_sided(1), _one_sided(-1), _exponential(1),
+    _exponential(-1), _rubber(1), _rubber(-1), bilinear_stiffness, _magnet(1), _magnet(-1),
 )  # fmt: skip
