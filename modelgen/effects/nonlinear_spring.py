@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
-from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, add, at_most, change
-from modelgen.language import Max, Port, exp, sign
+from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, add, at_most
+from modelgen.language import Abs, Max, Port, exp
 
 TEXTBOOK = "A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 1.2 and 4.1"
 HARDENS = "the spring hardens (or softens) with the displacement squared, alike in both directions"
@@ -91,11 +91,11 @@ def _exponential(side: int) -> Effect:
 
 bilinear_stiffness = Effect(
     "asymmetric_stiffness",
-    ("spring",),
-    "the spring has one stiffness in tension and another one in compression",
+    ("force",),
+    "the spring has one stiffness in tension and another one in compression: an even force, k_a |z|",
     "S. W. Shaw, P. J. Holmes, J. Sound Vib. 90 (1983) 129",
-    (Strength("beta", "1", bounds=(-1.0, 1.0), text="difference of the two stiffnesses over their sum"),),
-    change(lambda k, at, p: k * (1 + p["beta"] * sign(at["z"]))),
+    (Strength("k_a", "{port}/{z}", bounds=ANY, text="half of what the two stiffnesses differ by"),),
+    add(lambda at, p: p["k_a"] * Abs(at["z"])),
     needs=("z",),
 )
 
