@@ -16,7 +16,7 @@ from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
 from modelgen.diagnose.hypotheses.refit import base_starts
 from modelgen.diagnose.noise.glitches import abrupt
 from modelgen.diagnose.noise.noise import outliers
-from modelgen.diagnose.noise.recurring import lone
+from modelgen.diagnose.noise.recurring import without_recurring
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.fit.scatter import rounding, stands
 from modelgen.fit.series import make_series
@@ -47,7 +47,7 @@ def test_what_recurs_where_the_motion_comes_is_no_outlier() -> None:
     s = SimpleNamespace(inputs={i.name: z if i.name == "z" else np.gradient(z, t) for i in model.inputs})
     marks = outliers(white)
     assert marks.sum() > 100
-    kept = lone(model, s, white, marks, outliers)
+    kept = without_recurring(model, s, white, marks, outliers)
     assert kept[glitches].sum() > 15 and kept.sum() < 25
 
 

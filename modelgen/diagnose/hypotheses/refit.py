@@ -114,18 +114,13 @@ class Judge:
     def revived(self, f: Fit, like: Fit) -> Fit:
         """A fit or, if that is better, one from where the parameters that descents have driven to a bound are
         as in the fit `like` it: without friction, how it slips has no slope that led back."""
-        ends = self._ends_of(f) - self._ends_of(like)
+        ends = _ends_of(f) - _ends_of(like)
         there = dict(zip(like.hypothesis.names, like.theta.tolist(), strict=True))
         own = zip(f.hypothesis.names, f.theta.tolist(), strict=True)
         start = [there.get(n, x) if n in ends else x for n, x in own]
         if start == f.theta.tolist():
             return f
         return min(f, self.fit(f.hypothesis, [np.array(start)]), key=lambda f: f.bic)
-
-    @staticmethod
-    def _ends_of(f: Fit) -> set[str]:
-        ends = _at_ends(f.hypothesis.experiment.layout, f.theta)
-        return {n for n, at in zip(f.hypothesis.names, ends.tolist(), strict=True) if any(at)}
 
     def _sprinted(self, h: Hypothesis, starts: Sequence[Array]) -> list[tuple[float, Array]]:
         """(r·r, θ) where the first steps from `starts` lead, of a crowd those of the best after a few."""
@@ -250,6 +245,12 @@ def _at_ends(layout: Layout, theta: Array) -> Array:
     size = np.where(np.isfinite(high - low), high - low, np.maximum(np.abs(theta), 1e-300))
     away = np.stack([np.abs(theta - low), np.abs(high - theta)], axis=1)
     return np.asarray(away <= 1e-9 * size[:, None])
+
+
+def _ends_of(f: Fit) -> set[str]:
+    """Names of a fit's parameters that are at a bound."""
+    ends = _at_ends(f.hypothesis.experiment.layout, f.theta)
+    return {n for n, at in zip(f.hypothesis.names, ends.tolist(), strict=True) if any(at)}
 
 
 def free(layout: Layout, theta: Array, shapes: Collection[str] = (), pasts: Collection[str] = ()) -> int:

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from modelgen.diagnose.noise.recurring import lone
+from modelgen.diagnose.noise.recurring import without_recurring
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.scatter import local_scatter, rounding, stands
 from modelgen.fit.series import Array, Series
@@ -110,7 +110,7 @@ def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
     if s.measure != "real" or not e.model.is_time_model:
         return outliers(white, modelled_output(e, theta, k))
     least = tread(s)
-    return lone(e.model, s, white, outliers(white, least=least), partial(outliers, least=least))
+    return without_recurring(e.model, s, white, outliers(white, least=least), partial(outliers, least=least))
 
 
 def scatter(s: Series, x: Array) -> float:

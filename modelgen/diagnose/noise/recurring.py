@@ -22,7 +22,7 @@ ODD = 1e-4
 Outliers = Callable[[Array], Array]
 
 
-def lone(model: Model, s: Series, white: Array, marks: Array, outliers: Outliers) -> Array:
+def without_recurring(model: Model, s: Series, white: Array, marks: Array, outliers: Outliers) -> Array:
     """`marks` (n,) bool of a record over time without those in places where marks recur that stand off
     nothing when whitened residuals `white` (channels, n) are sorted by the place, rising and falling strokes
     apart."""

@@ -15,6 +15,7 @@ from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import Setting
 from modelgen.diagnose.search.screen import Score, Tangent
+from modelgen.diagnose.search.swap import LOOSE
 from modelgen.fit.series import Array
 
 PAIRS, DEAR = 12, 3
@@ -24,8 +25,6 @@ STARTS = 4
 neighbourhood."""
 PLACES = 60
 """Of the places where an effect may resonate."""
-LOOSE = 3.0
-"""Where fits are cheap, those that a few steps leave with so many times the least χ² do not go on."""
 ALIKE = 0.999
 """Changes of the output that are one and the same to this cosine make no pair."""
 
