@@ -922,6 +922,8 @@ def test_friction_falls_with_speed_and_stops_push_one_way() -> None:
     assert F[-1] == pytest.approx(0.4 * (1 + 0.5 * np.exp(-((5 / 4) ** 2))), rel=1e-5)
     F = force(find("end_stop", "force", "k_upper"), motion, k_upper=3.0, z_upper=0.5)
     assert np.allclose(F, 3 * np.maximum(z - 0.5, 0))
+    F = force(find("coulomb_friction", "force", "F_t"), motion, F_t=0.3, v_t=0.5)
+    assert np.allclose(F, 0.3 * np.tanh(v / 0.5))
     F = force(find("asymmetric_stiffness", "force", "k_a"), motion, {"k_D": 0.5}, k_a=0.2)
     assert np.allclose(F, np.where(z > 0, 0.7, 0.3) * z)
     F = force(find("asymmetric_stiffness", "force", "k_neg"), motion, k_neg=0.7)

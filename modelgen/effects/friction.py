@@ -8,7 +8,7 @@ from sympy import Symbol
 
 from modelgen.effects.clearance import within
 from modelgen.effects.effect import ANY, RARER, Effect, Shape, Strength, Values, add, change
-from modelgen.language import Abs, Equation, Model, Parameter, Port, State, exp, log, sign, sqrt
+from modelgen.language import Abs, Equation, Model, Parameter, Port, State, exp, log, sign, sqrt, tanh
 
 DAHL = "P. R. Dahl, Aerospace Corp. TOR-0158(3107-18)-1 (1968); MRE paper, eq. 8–9"
 STRENGTHENING = (
@@ -153,6 +153,14 @@ coulomb_friction = Effect(
     common=0.5,
 )
 
+smooth_friction = replace(
+    coulomb_friction,
+    source=coulomb_friction.source + "; its level is reached as tanh(v/v_t)",
+    strengths=(Strength("F_t", "{port}", text="friction force"),),
+    apply=add(lambda at, p: p["F_t"] * tanh(at["v"] / p["v_t"])),
+    shapes=(replace(coulomb_friction.shapes[0], name="v_t"),),
+)
+
 stribeck_force = Effect(
     "stribeck_friction",
     ("force",),
@@ -209,5 +217,6 @@ asymmetric_friction = Effect(
 
 EFFECTS = (
     second_dahl_element, second_slider, many_sliders, dahl_exponent, stribeck_friction, stribeck_level,
-    coulomb_friction, stribeck_force, position_friction, rate_dependent_friction, asymmetric_friction,
+    coulomb_friction, smooth_friction, stribeck_force, position_friction, rate_dependent_friction,
+    asymmetric_friction,
 )  # fmt: skip
