@@ -1199,16 +1199,16 @@ void contact_damping_jacobian_real(const size_t n, const size_t stride, const do
         out[0 * stride + i] = R_n;
         jac[0 * stride + i] = t1392;
         jac[1 * stride + i] = t1669;
-        jac[2 * stride + i] = (t1673 / l_0 + t1678 / l_0 + (t1732 - t1322 * t1742));
-        jac[3 * stride + i] = (t1795 - t1805 - t1748 * t1820);
-        jac[4 * stride + i] = (t1860 - t1867 - t1820 * t1823);
+        jac[2 * stride + i] = t1673 / l_0 + t1678 / l_0 + (t1732 - t1322 * t1742);
+        jac[3 * stride + i] = t1795 - t1805 - t1748 * t1820;
+        jac[4 * stride + i] = t1860 - t1867 - t1820 * t1823;
         jac[5 * stride + i] = t1961;
-        jac[6 * stride + i] = (t2002 - t1322 * t2009 - t1962 * (t1820 / E_2));
+        jac[6 * stride + i] = t2002 - t1322 * t2009 - t1962 * (t1820 / E_2);
         jac[7 * stride + i] = t2066;
-        jac[8 * stride + i] = ((t198 != 0.0) ? t2076 : 0.0);
-        jac[9 * stride + i] = (K_n * t440);
+        jac[8 * stride + i] = (t198 != 0.0) ? t2076 : 0.0;
+        jac[9 * stride + i] = K_n * t440;
         jac[10 * stride + i] = t2145;
-        jac[11 * stride + i] = (t2214 + t364 * (l_0 * t2212) - t1435 * t2218 - t776 * t2221 + t2500);
+        jac[11 * stride + i] = t2214 + t364 * (l_0 * t2212) - t1435 * t2218 - t776 * t2221 + t2500;
     }
 }
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from functools import cache, lru_cache, partial
@@ -15,14 +15,16 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
+from modelgen.codegen import fitters
 from modelgen.codegen.compiler import FAST, QUICK, WIDE, compile_library, find_compiler
 from modelgen.codegen.emit import Kernel, Source, emit, templates_folder
 from modelgen.codegen.function import Function
 from modelgen.codegen.instant import Memory, available
 from modelgen.codegen.lower import nonzero
+from modelgen.codegen.machine import machine
 from modelgen.codegen.program import build_program
 from modelgen.codegen.real import Work
-from modelgen.codegen.tiers import Code, Rise, Tiers
+from modelgen.codegen.tiers import WORTH, Code, Rise, Tiers, compilers
 from modelgen.codegen.unity import unite
 from modelgen.errors import ToolError
 from modelgen.files import cache_folder, write_atomically
@@ -84,6 +86,12 @@ def _function(model: Model, wrt: tuple[str, ...], tiers: Tiers) -> Function:
     return Function(model, wrt, np.array([names.index(w) for w in wrt], dtype=int), tiers)
 
 
+def warm() -> None:
+    """Begin to compile what all models share, if this machine has not done so before."""
+    for shared in (fitters.library, machine):
+        compilers().submit(shared)
+
+
 def build_many(
     models: Sequence[tuple[Model, tuple[str, ...]]],
     kernels: Sequence[str] = ("jacobian",),
@@ -102,14 +110,17 @@ def build_many(
     found = {k: _remembered(k) for k in dict.fromkeys(keys) if k not in codes}
     missing = {k: mw for k, mw in zip(keys, models, strict=True) if k in found and found[k] is None}
     if missing:
-        at_once = quick and len(missing) > 1 and available()
+        at_once = quick and available()
         for sources, library in _built(missing, kernels, measures, None if at_once else level):
             for k, source in sources.items():
                 found[k] = (source, library)
                 _remember(k, source, library)
+    of = dict(zip(keys, models, strict=True))
     for k, kept in found.items():
         if kept is not None:
-            _codes[k] = codes[k] = _code(k, *kept, level)
+            source, library = kept
+            again = partial(_raised, k, of[k], kernels, measures, level)
+            _codes[k] = codes[k] = Code(source, library) if library else _in_memory(source, again)
     return [
         _function(m, w, Tiers(partial(codes.__getitem__, k))) for k, (m, w) in zip(keys, models, strict=True)
     ]
@@ -119,21 +130,26 @@ _codes: WeakValueDictionary[str, Code] = WeakValueDictionary()
 """What is loaded, as long as functions hold it: a search comes back to the same models."""
 
 
-def _code(key: str, source: Source, library: Path | None, level: tuple[str, ...]) -> Code:
-    """The library, or the code in memory that gives way to one of this `level` once that is worth the
-    compiler's time."""
-    if library is not None:
-        return Code(source, library)
-
-    def make() -> Code:
-        library = _compile([source], level)
-        _remember(key, source, library)
-        return Code(source, library)
-
+def _in_memory(source: Source, library: Callable[[], Code]) -> Code:
+    """Code compiled in memory, which gives way to the `library` once that is worth the compiler's time."""
     try:
-        return Code(source, Memory(source.source), Rise(make))
+        if source.tapes == "none":
+            return Code(source, Memory(source.source), Rise(library, WORTH["none"]))
+        rise = None if source.tapes == "all" else Rise(library, WORTH[source.tapes])
+        return Code(source, Memory(source.source, machine()), rise)
     except ToolError:  # a system that lets nobody write code to memory
-        return make()
+        return library()
+
+
+def _raised(
+    key: str, of: tuple[Model, tuple[str, ...]], kernels: Sequence[str], measures: Sequence[str] | None,
+    level: tuple[str, ...],
+) -> Code:  # fmt: skip
+    """The library of a model that was compiled in memory."""
+    source = emit(build_program(*of), kernels, measures=measures)
+    library = _compile([source], level)
+    _remember(key, source, library)
+    return Code(source, library)
 
 
 def _built(
@@ -152,7 +168,7 @@ def _built(
             for k in keys[start : start + size]:
                 model, wrt = models[k]
                 prefix = "" if len(models) == 1 else f"{model.id}_{k[:10]}"
-                sources[k] = emit(build_program(model, wrt), kernels, prefix, measures)
+                sources[k] = emit(build_program(model, wrt), kernels, prefix, measures, taped=level is None)
             library = level and pool.submit(_compile, list(sources.values()), level)
             made.append((sources, library))
         return [(sources, library.result() if library else None) for sources, library in made]

@@ -2,22 +2,44 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
 
 from modelgen.codegen.program import Program, Sample
+from modelgen.codegen.real import Graph
 from modelgen.codegen.split import Complex, Pair
+
+Form = Literal["values", "residuals", "squares"]
+"""What a kernel gives: outputs, weighted differences from data, or the sum of their squares."""
+
+MEASURED = ("data", "weight")
 
 
 @dataclass(frozen=True)
 class Channel:
-    """A real measured quantity: its node, and its derivative by each column (None where it is zero)."""
+    """A real quantity: its node, and its derivative by each column (None where it is zero)."""
 
     name: str
     value: int
-    jacobian: tuple[int | None, ...]
+    jacobian: tuple[int | None, ...] = ()
+    called: Mapping[int, str] = field(default_factory=dict)  # names of nodes in C
 
 
-def channels(program: Program, sample: Sample, measure: str) -> tuple[Channel, ...]:
+def is_measured(name: str) -> bool:
+    """Whether an input of the graph is one of `measured`."""
+    what, _, channel = name.partition(" ")
+    return what in MEASURED and channel.isdecimal()
+
+
+def measured(many: int) -> dict[str, str]:
+    """Data and weights of so many channels: inputs of the graph, and where they are."""
+    return {f"{what} {c}": f"{what}[{c} * stride + i]" for c in range(many) for what in MEASURED}
+
+
+def channels(
+    program: Program, sample: Sample, measure: str, form: Form = "values"
+) -> tuple[Channel, ...]:  # fmt: skip
     """What is compared with data: "complex" (Re and Im), "modulus", "phase" [deg], or "real" (all real
     outputs)."""
     c = Complex(sample.graph)
@@ -31,7 +53,29 @@ def channels(program: Program, sample: Sample, measure: str) -> tuple[Channel, .
             found.append(Channel(f"{o}_im", c.im(z), tuple(d[1] for d in dz)))
         else:
             found.append(_polar(c, o, z, dz, measure))
-    return tuple(found)
+    if form != "values":
+        found = [_residual(sample.graph, k, x, measure) for k, x in enumerate(found)]
+    return (_squares(sample.graph, found),) if form == "squares" else tuple(found)
+
+
+def _residual(g: Graph, number: int, x: Channel, measure: str) -> Channel:
+    """weight (model − data), and the weighted derivatives. A difference of angles is brought to ±180°."""
+    data, weight = (g.input(f"{what} {number}") for what in MEASURED)
+    miss = g.binary("sub", x.value, data)
+    miss = g.call("mg_wrap", miss) if measure == "phase" else miss
+    slopes = tuple(None if d is None else g.binary("mul", weight, d) for d in x.jacobian)
+    e, name = g.binary("mul", weight, miss), f"e{number}"
+    names = {d: f"j{number}_{k}" for k, d in enumerate(slopes) if d is not None and g.nodes[d].args}
+    return Channel(name, e, slopes, {**names, e: name})
+
+
+def _squares(g: Graph, residuals: list[Channel]) -> Channel:
+    total = None
+    for x in residuals:
+        square = g.binary("mul", x.value, x.value)
+        total = square if total is None else g.binary("add", total, square)
+    assert total is not None
+    return Channel("squares", total, (), {x.value: x.name for x in residuals})
 
 
 def _polar(c: Complex, name: str, z: Pair, dz: tuple[Pair, ...], measure: str) -> Channel:

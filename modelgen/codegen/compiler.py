@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
+from threading import Lock
 
 from modelgen.errors import ToolError
 from modelgen.files import cache_folder
@@ -44,6 +45,8 @@ class Compiler:
         native = ["-mcpu=native" if self.name == "zig" else "-march=native"]
         if platform.machine() in ("x86_64", "AMD64"):  # compilers shy at full width, which pays here
             native.append("-mprefer-vector-width=512")
+            if self.name == "gcc":  # at -O1 it else leaves registers so that libm takes ten times as long
+                native.append("-fexpensive-optimizations")
         return (*level, *native, "-std=c99", "-fPIC", "-shared", "-Wall")
 
 
@@ -105,8 +108,17 @@ def compile_library(files: dict[str, str], level: tuple[str, ...] = FAST) -> Pat
     """
     compiler = find_compiler()
     target = cache_folder() / f"{library_key(files, level)}.so"
-    if target.exists():
-        return target
+    with _LOCKS.setdefault(target.name, Lock()):
+        return target if target.exists() else _compiled(compiler, files, level, target)
+
+
+_LOCKS: dict[str, Lock] = {}
+"""Threads that want the same library wait for the first."""
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_LOCKS.clear)  # a child has no thread that would open them
+
+
+def _compiled(compiler: Compiler, files: dict[str, str], level: tuple[str, ...], target: Path) -> Path:
     try:
         folder = tempfile.mkdtemp(prefix="build-", dir=cache_folder())
         try:

@@ -56,11 +56,13 @@ def number(value: float) -> str:
 
 @dataclass
 class Printer:
-    """Prints nodes of one graph. `names` holds what is defined already: node → C expression."""
+    """Prints nodes of one graph. `names` holds what is defined already: node → C expression; `called` the
+    names that nodes shall get."""
 
     graph: Graph
     names: dict[int, str] = field(default_factory=dict)
     functions: Mapping[str, str] = field(default_factory=lambda: FUNCTION)
+    called: Mapping[int, str] = field(default_factory=dict)
     taken: set[str] = field(default_factory=set)
     comments: set[str] = field(default_factory=set)
 
@@ -78,11 +80,13 @@ class Printer:
             if (
                 not label
                 and at not in named
+                and at not in self.called
                 and not is_pair
                 and (node.op in ("re", "im") or (uses.get(at, 0) <= 1 and len(text) <= LONGEST))
             ):
                 continue
-            name = self.fresh(c_name(label[0]) if label else f"t{at}")
+            known = self.called.get(at) or (c_name(label[0]) if label else f"t{at}")
+            name = self.fresh(known)
             says = label[1] if label and label[1] not in self.comments else ""
             remark = f"  /* {comment(says)} */" if says else ""
             if label:
@@ -90,6 +94,10 @@ class Printer:
             out.append(f"const {'mg_complex' if is_pair else 'double'} {name} = {text};{remark}")
             self.names[at] = name
         return out
+
+    def whole(self, at: int) -> str:
+        """C expression of a node, as it stands alone."""
+        return self._expression(at)[0]
 
     def value(self, at: int) -> str:
         """C expression of a node (an atom or in parentheses)."""

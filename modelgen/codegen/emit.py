@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from modelgen.codegen.ctext import c_name, comment
 from modelgen.codegen.fused import normal, sumsq
@@ -18,7 +18,9 @@ from modelgen.codegen.loops import (
     SAYS,
     SIZES,
     Kernel,
+    Stored,
     alone,
+    assigned,
     indent,
     join,
     loop,
@@ -27,7 +29,8 @@ from modelgen.codegen.loops import (
     words,
 )  # fmt: skip
 from modelgen.codegen.program import Program, Root
-from modelgen.codegen.scan import TILE, over_time
+from modelgen.codegen.scan import TILE, over_time, scan_of
+from modelgen.codegen.tape import can_record
 from modelgen.files import cache_folder
 
 
@@ -44,6 +47,7 @@ class Source:
     measures: tuple[str, ...]
     outputs: tuple[str, ...]
     complex_outputs: tuple[bool, ...]
+    tapes: Literal["none", "some", "all"] = "none"  # of its loops over samples
 
 
 def templates_folder() -> Path:
@@ -73,9 +77,13 @@ def emit(
     wanted: Sequence[str] = ("values", "jacobian", "sumsq", "normal", "all"),
     prefix: str = "",
     measures: Sequence[str] | None = None,
+    taped: bool = False,
 ) -> Source:
-    """C of `program` with the kernels `wanted`. The same program gives the same bytes."""
-    stages = Stages(program, measures)
+    """C of `program` with the kernels `wanted`. The same program gives the same bytes.
+
+    taped: its loops over samples are tapes for the machine (see `machine`), where samples stand alone.
+    """
+    stages = Stages(program, measures, taped and can_record(program.step.graph))
     prefix = prefix or c_name(program.model.id)
     kernels: list[Kernel] = []
     if not stages.batch:
@@ -107,7 +115,15 @@ def emit(
         stages.measures,
         program.outputs,
         program.complex_outputs,
+        _tapes(stages),
     )
+
+
+def _tapes(stages: Stages) -> Literal["none", "some", "all"]:
+    scan = scan_of(stages) if stages.program.model.states else None
+    if not stages.taped or (stages.program.model.states and scan is None):
+        return "none"
+    return "some" if scan is not None and scan.condition else "all"
 
 
 def _render(
@@ -129,7 +145,7 @@ def _render(
         "lanes": LANES, "padded": PADDED, "inputs": stages.inputs, "parameters": stages.parameters,
         "wrt": program.wrt,
         "staged": len(stages.staged), "kernels": kernels, "roots": roots, "used": used,
-        "alone": "MG_ALONE" in text, "tile": TILE if "MG_TILE" in text else 0,
+        "taped": stages.taped, "alone": "MG_ALONE" in text, "tile": TILE if "MG_TILE" in text else 0,
         "measures": [m for m in stages.measures if "mg_wrap" in text],
     }  # fmt: skip
     env = environment()
@@ -150,7 +166,7 @@ def _prepare(stages: Stages, prefix: str) -> Kernel:
         "for (size_t k = 0; k < stride; ++k) {",
         "    const size_t i = k < n ? k : n - 1;",
         indent(region.body, 1),
-        *(f"    work[{j} * stride + k] = {v};" for j, v in enumerate(region.values)),
+        *(f"    work[{j} * stride + k] = {region.text(at)};" for j, at in enumerate(region.values)),
         "}",
     ]
     text = "\n".join(lines)
@@ -168,11 +184,13 @@ def _prepare(stages: Stages, prefix: str) -> Kernel:
 def _values(stages: Stages, prefix: str, measure: str, jacobian: bool) -> Kernel:
     columns = len(stages.program.wrt)
 
-    def stores(region: Region) -> list[str]:
-        lines = [f"out[{c} * stride + i] = {v};" for c, v in enumerate(region.values)]
+    def stores(region: Region) -> Stored:
+        found: list[tuple[str, int | None]] = [
+            (f"out[{c} * stride + i]", at) for c, at in enumerate(region.values)
+        ]  # fmt: skip
         for c, row in enumerate(region.jacobian):
-            lines += [f"jac[{c * columns + k} * stride + i] = {d};" for k, d in enumerate(row)]
-        return lines
+            found += [(f"jac[{c * columns + k} * stride + i]", d) for k, d in enumerate(row)]
+        return found
 
     region = stages.kernel(measure, jacobian)
     name = f"{'jacobian' if jacobian else 'values'}_{measure}"
@@ -182,7 +200,9 @@ def _values(stages: Stages, prefix: str, measure: str, jacobian: bool) -> Kernel
     ends = ", double *restrict out" + (", double *restrict jac" if jacobian else "")
     cost = region.work
     if stages.program.model.states:
-        lines, cost = over_time(stages, measure, jacobian, stores, stores)
+        lines, cost = over_time(
+            stages, measure, jacobian, "values", lambda r: assigned(r, stores(r)), stores
+        )  # fmt: skip
     else:
         lines = loop(stages, region, stores)
     return make_kernel(stages, prefix, name, says, "", ends, lines, cost)
@@ -191,17 +211,17 @@ def _values(stages: Stages, prefix: str, measure: str, jacobian: bool) -> Kernel
 def _all(stages: Stages, prefix: str) -> Kernel:
     """Every equation of the model, straight from inputs and parameters."""
 
-    def stores(r: Region) -> list[str]:
-        return [f"out[{k} * stride + i] = {v};" for k, v in enumerate(r.values)]
+    def all_of(r: Region) -> list[str]:
+        return [f"out[{k} * stride + i] = {r.text(at)};" for k, at in enumerate(r.values)]
 
     region = stages.everything()
     if stages.program.model.states:
-        lines = march(region, stages.everything(first=True), stores)
+        lines = march(region, stages.everything(first=True), all_of)
     else:
         lines = [
             *region.setup,
             "for (size_t i = 0; i < n; ++i) {",
-            indent([*region.body, *stores(region)], 1),
+            indent([*region.body, *all_of(region)], 1),
             "}",
         ]
     data = "const double *const *restrict in" + ("" if stages.batch else ", const double *restrict p")
@@ -237,6 +257,6 @@ def _root(stages: Stages, r: Root) -> dict[str, Any]:
         "arguments": names,
         "unknown": unknown,
         "body": region.body,
-        "results": region.values,
+        "results": [region.text(at) for at in region.values],
         "comment": comment(r.comment),
     }

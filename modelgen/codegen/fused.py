@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 from modelgen.codegen.kernels import Region, Stages
-from modelgen.codegen.loops import SAYS, Kernel, alone, indent, make_kernel
+from modelgen.codegen.loops import (
+    SAYS,
+    Kernel,
+    Stored,
+    alone,
+    indent,
+    make_kernel,
+    printed,
+    tiles,
+)
 from modelgen.codegen.scan import over_time, scan_of
 
 WRITTEN = 24
@@ -15,30 +25,29 @@ WRITTEN = 24
 
 def sumsq(stages: Stages, prefix: str, measure: str) -> Kernel:
     """Weighted sums of squares of many parameter sets."""
-    region = stages.kernel(measure, False)
+    region = stages.kernel(measure, False, "squares")
     parameters, columns = len(stages.parameters), len(stages.program.wrt)
-    cost = region.work
-    squares = " + ".join(f"e{c} * e{c}" for c in range(len(region.values)))
-    total = ["double lanes[MG_LANES] = { 0.0 };"]
+    cost, over, adds = region.work, ["double lanes[MG_LANES] = { 0.0 };"], _squares_of_tile(stages)
     if stages.program.model.states:
         lines, cost = over_time(
-            stages, measure, False, lambda r: [*_errors(r, measure), f"lanes[0] += {squares};"],
-            lambda r: [*_errors(r, measure), f"row[0][l] = {squares};"],
-            _blocks(1, _over_lanes(["lanes[l] += row[0][b + l];"])),
+            stages, measure, False, "squares", lambda r: [f"lanes[0] += {r.text(r.values[0], alone=True)};"],
+            _square, adds,
         )  # fmt: skip
-        total += [*(["double row[1][MG_TILE];"] if scan_of(stages) else []), *lines]
+        over += [*(["double row[1][MG_TILE];"] if scan_of(stages) else []), *lines]
+    elif stages.taped:
+        over += [*region.setup, "double row[1][MG_TILE];", *tiles(region, _square(region), adds)]
     else:
-        body = [*region.body, *_errors(region, measure), f"lanes[l] += {squares};"]
-        total += [*region.setup, *_lanes(body)]
-    total += ["double sum = 0.0;", "for (size_t l = 0; l < MG_LANES; ++l) {", "    sum += lanes[l];", "}"]
-    total = [re.sub(r"\bp\[", "q[", line) for line in total]
+        body = [*region.body, f"lanes[l] += {region.text(region.values[0], alone=True)};"]
+        over += [*region.setup, *_lanes(body)]
+    over += ["double sum = 0.0;", "for (size_t l = 0; l < MG_LANES; ++l) {", "    sum += lanes[l];", "}"]
+    over = [re.sub(r"\bp\[", "q[", line) for line in over]
     free = [stages.parameters.index(w) for w in stages.program.wrt]
     lines = [
         f"double q[{parameters}];",
         f"for (size_t k = 0; k < {parameters}; ++k) {{", "    q[k] = p[k];", "}",
         "for (size_t set = 0; set < nset; ++set) {",
         indent([f"q[{k}] = theta[set * {columns} + {j}];" for j, k in enumerate(free)], 1),
-        indent(total, 1),
+        indent(over, 1),
         "    ssq[set] = sum;",
         "}",
     ]  # fmt: skip
@@ -46,27 +55,39 @@ def sumsq(stages: Stages, prefix: str, measure: str) -> Kernel:
     says = f"{SAYS[measure]}: weighted sum of squares of (model - data) for each of nset rows of theta."
     return make_kernel(
         stages, prefix, f"sumsq_{measure}", says, "const size_t nset, ", f"{arrays}, double *restrict ssq",
-        lines, cost.plus(3 * len(region.values)),
+        lines, cost,
     )  # fmt: skip
+
+
+def _square(r: Region) -> Stored:
+    return [("row[0][l]", r.values[0])]
+
+
+def _squares_of_tile(stages: Stages) -> list[str]:
+    """What adds a tile's squares up."""
+    if stages.taped:
+        return ["mg_tape_sum(count, row[0], lanes);"]
+    return _blocks(1, _over_lanes(["lanes[l] += row[0][b + l];"]))
 
 
 def normal(stages: Stages, prefix: str, measure: str) -> Kernel:
     """JᵀJ (upper triangle by rows), Jᵀe and e·e without storing J."""
-    region = stages.kernel(measure, True)
+    region = stages.kernel(measure, True, "residuals")
     columns, cost = len(stages.program.wrt), region.work
     size = (columns + 1) * (columns + 2) // 2
     lines = [f"double sum[{size}][MG_LANES] = {{ {{ 0.0 }} }};"]
+    scan = scan_of(stages)
+    rows = Rows.of(region if scan is None else scan.shape(measure), columns)
     if stages.program.model.states:
-        scan = scan_of(stages)
-        shape = region if scan is None else scan.shape(measure)
         more, cost = over_time(
-            stages, measure, True, lambda r: [*_rows(r, measure), *_products(r)],
-            lambda r: [*_rows(r, measure), *_stores(r)],
-            _blocks(len(_names(shape)), _tiled(shape)),
-        )  # fmt: skip
-        lines += [*([f"double row[{len(_names(shape))}][MG_TILE];"] if scan else []), *more]
+            stages, measure, True, "residuals", _products, _stores, _products_of_tile(stages, rows)
+        )
+        lines += [*([f"double row[{rows.many}][MG_TILE];"] if scan else []), *more]
+    elif stages.taped:
+        tape = tiles(region, _stores(region), _products_of_tile(stages, rows))
+        lines += [*region.setup, f"double row[{rows.many}][MG_TILE];", *tape]
     else:
-        lines += _tiles(region, measure)
+        lines += _two_blocks(region, rows)
     lines += [
         f"for (size_t k = 0; k < {size}; ++k) {{", "    double s = 0.0;",
         "    for (size_t l = 0; l < MG_LANES; ++l) {", "        s += sum[k][l];", "    }",
@@ -77,55 +98,79 @@ def normal(stages: Stages, prefix: str, measure: str) -> Kernel:
     return make_kernel(stages, prefix, f"normal_{measure}", says, "", ends, lines, cost.plus(2 * size))
 
 
-def _rows(region: Region, measure: str) -> list[str]:
-    """Weighted residuals e0, e1, … and derivatives j0_0, … of one sample."""
-    lines = _errors(region, measure)
-    for c, row in enumerate(region.jacobian):
-        nonzero = [(k, d) for k, d in enumerate(row) if d != "0.0"]
-        lines += [f"const double j{c}_{k} = weight[{c} * stride + i] * {d};" for k, d in nonzero]
-    return lines
+@dataclass(frozen=True)
+class Rows:
+    """Which rows of a tile hold the columns of (J, e) where these are not zero: (channel, row) of each."""
+
+    columns: tuple[tuple[tuple[int, int], ...], ...]
+    channels: int
+
+    @classmethod
+    def of(cls, region: Region, columns: int) -> Rows:
+        channels, found, many = len(region.values), list[tuple[tuple[int, int], ...]](), 0
+        some = [dict(region.columns(c)) for c in range(channels)]
+        for k in range(columns):
+            there = [c for c in range(channels) if k in some[c]]
+            found.append(tuple((c, many + at) for at, c in enumerate(there)))
+            many += len(there)
+        return cls((*found, tuple((c, many + c) for c in range(channels))), channels)
+
+    @property
+    def many(self) -> int:
+        return sum(map(len, self.columns))
+
+    @property
+    def full(self) -> bool:
+        """Whether no derivative is zero everywhere."""
+        return self.many == self.channels * len(self.columns)
+
+    @property
+    def products(self) -> list[tuple[int, list[tuple[int, int]]]]:
+        """Which products add up to each entry: JᵀJ (upper triangle by rows), Jᵀe, e·e."""
+        last = len(self.columns) - 1
+        pairs = [(a, b) for a in range(last) for b in range(a, last)] + [(a, last) for a in range(last + 1)]
+        terms = [[(x, y) for c, x in self.columns[a] for d, y in self.columns[b] if c == d] for a, b in pairs]
+        return [(m, t) for m, t in enumerate(terms) if t]
 
 
-def _places(region: Region) -> list[list[tuple[int, str]]]:
-    """Of each column of (J, e): its (channel, name) where it is not zero."""
-    channels, columns = range(len(region.values)), range(len(region.jacobian[0]))
-    found = [[(c, f"j{c}_{k}") for c in channels if region.jacobian[c][k] != "0.0"] for k in columns]
-    return [*found, [(c, f"e{c}") for c in channels]]
+def _nodes(region: Region) -> list[int]:
+    """What goes into the rows, in order."""
+    columns = range(len(region.jacobian[0]))
+    some = [dict(region.columns(c)) for c in range(len(region.values))]
+    return [*(x[k] for k in columns for x in some if k in x), *region.values]
 
 
-def _sums(region: Region) -> list[tuple[int, list[tuple[str, str]]]]:
-    """Which products add up to each entry: JᵀJ (upper triangle by rows), Jᵀe, e·e."""
-    places = _places(region)
-    columns = len(places) - 1
-    pairs = [(a, b) for a in range(columns) for b in range(a, columns)]
-    pairs += [(a, columns) for a in range(columns + 1)]
-    terms = [[(x, y) for c, x in places[a] for d, y in places[b] if c == d] for a, b in pairs]
-    return [(m, t) for m, t in enumerate(terms) if t]
+def _stores(region: Region) -> Stored:
+    return [(f"row[{k}][l]", at) for k, at in enumerate(_nodes(region))]
 
 
 def _products(region: Region) -> list[str]:
     """One sample's products, summed where there are no lanes."""
-    return [f"sum[{m}][0] += {' + '.join(f'{x} * {y}' for x, y in t)};" for m, t in _sums(region)]
+    at = [region.text(x) for x in _nodes(region)]
+    sums = Rows.of(region, len(region.jacobian[0])).products
+    return [f"sum[{m}][0] += {' + '.join(f'{at[x]} * {at[y]}' for x, y in t)};" for m, t in sums]
 
 
-def _names(region: Region) -> list[str]:
-    return [x for column in _places(region) for _, x in column]
+def _products_of_tile(stages: Stages, rows: Rows) -> list[str]:
+    """What adds a tile's products up."""
+    if not stages.taped:
+        return _blocks(rows.many, _tiled(rows))
+    words = [str(w) for m, t in rows.products for w in (m, len(t), *(x for pair in t for x in pair))]
+    return [
+        f"static const unsigned short mg_terms[] = {{ {', '.join(words)} }};",
+        f"mg_tape_products(count, {rows.many}, MG_TILE, row[0], {len(rows.products)}, mg_terms, sum[0]);",
+    ]
 
 
-def _stores(region: Region) -> list[str]:
-    return [f"row[{k}][l] = {x};" for k, x in enumerate(_names(region))]
-
-
-def _tiled(region: Region) -> list[str]:
+def _tiled(rows: Rows) -> list[str]:
     """Products of two blocks of MG_LANES samples from b on: a sum is loaded and stored once for both."""
-    columns, channels = len(region.jacobian[0]), len(region.values)
-    if columns > WRITTEN and len(_names(region)) == channels * (columns + 1):
-        return _looped(columns, channels)
-    at = {x: f"row[{k}]" for k, x in enumerate(_names(region))}
+    columns = len(rows.columns) - 1
+    if columns > WRITTEN and rows.full:
+        return _looped(columns, rows.channels)
     halves = ("b + l", "b + MG_LANES + l")
     return _over_lanes(
-        f"sum[{m}][l] += {' + '.join(f'{at[x]}[{h}] * {at[y]}[{h}]' for h in halves for x, y in t)};"
-        for m, t in _sums(region)
+        f"sum[{m}][l] += {' + '.join(f'row[{x}][{h}] * row[{y}][{h}]' for h in halves for x, y in t)};"
+        for m, t in rows.products
     )
 
 
@@ -165,33 +210,23 @@ def _blocks(rows: int, products: list[str]) -> list[str]:
     ]
 
 
-def _tiles(region: Region, measure: str) -> list[str]:
+def _two_blocks(region: Region, rows: Rows) -> list[str]:
     """Rows of (J, e) for two blocks of MG_LANES samples, then their products."""
     return [
         *region.setup,
         "for (size_t base = 0; base < stride; base += 2 * MG_LANES) {",
-        f"    double row[{len(_names(region))}][2 * MG_LANES];",
+        f"    double row[{rows.many}][2 * MG_LANES];",
         *(f"    {x}" for x in alone(region.body)),
         "    for (size_t l = 0; l < 2 * MG_LANES; ++l) {",
         "        const size_t i = base + l;",
-        indent([*region.body, *_rows(region, measure), *_stores(region)], 2),
+        indent(printed(region, _stores(region)), 2),
         "    }",
-        indent([x.replace("[b + ", "[") for x in _tiled(region)], 1),
+        indent([x.replace("[b + ", "[") for x in _tiled(rows)], 1),
         "}",
     ]
 
 
-def _errors(region: Region, measure: str) -> list[str]:
-    """Weighted residuals e0, e1, … of one sample."""
-    lines = []
-    for c, v in enumerate(region.values):
-        difference = f"{v} - data[{c} * stride + i]"
-        difference = f"mg_wrap({difference})" if measure == "phase" else f"({difference})"
-        lines.append(f"const double e{c} = weight[{c} * stride + i] * {difference};")
-    return lines
-
-
-def _lanes(body: list[str]) -> list[str]:
+def _lanes(body: Sequence[str]) -> list[str]:
     """A loop in blocks of MG_LANES, so that sums have one order on every machine and vectorise."""
     return [
         "for (size_t b = 0; b < stride; b += MG_LANES) {",

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import re
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from threading import Lock
@@ -69,8 +70,8 @@ def available() -> bool:
 class Memory:
     """C compiled in memory, there as long as this object is; functions by attribute, as of a CDLL."""
 
-    def __init__(self, source: str):
-        """Compile `source`; its includes stand for what PRELUDE brings.
+    def __init__(self, source: str, symbols: Mapping[bytes, Any] | None = None):
+        """Compile `source`; its includes stand for what PRELUDE brings. symbols: where what else it calls is.
 
         Raises ToolError when there is no such compiler here, or when it refuses.
         """
@@ -85,7 +86,7 @@ class Memory:
             tcc.tcc_set_error_func(self._state, None, report)
             tcc.tcc_set_options(self._state, b"-nostdlib")
             tcc.tcc_set_output_type(self._state, MEMORY)
-            for name, at in _standard().items():
+            for name, at in {**_standard(), **(symbols or {})}.items():
                 tcc.tcc_add_symbol(self._state, name, at)
             text = PRELUDE + re.sub(r"^#include .*$", "", source, flags=re.M)
             if tcc.tcc_compile_string(self._state, text.encode()) or tcc.tcc_relocate(self._state):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from modelgen.codegen.algebra import FREE, SAMPLE, STATE
-from modelgen.codegen.channels import Channel, channels
+from modelgen.codegen.channels import Channel, Form, channels, is_measured, measured
 from modelgen.codegen.ctext import BRANCHLESS, FUNCTION, Printer, c_name
 from modelgen.codegen.parts import part_loop
 from modelgen.codegen.program import Part, Program, Root, Sample, sensitivity
@@ -16,25 +16,61 @@ from modelgen.codegen.real import Work, work
 from modelgen.codegen.split import Complex, Pair
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Region:
-    """Lines of C for one loop body, and where its results are."""
+    """What one loop body loads, computes and gives.
 
+    setup: C before the loop; given: where nodes are loaded from; inside: nodes computed; results are nodes,
+    which `text` prints (None: a derivative that is zero). before: C at the body's begin.
+    """
+
+    printer: Printer
     setup: tuple[str, ...]
-    body: tuple[str, ...]
-    values: tuple[str, ...]
-    jacobian: tuple[tuple[str, ...], ...]
+    given: Mapping[int, str]
+    inside: tuple[int, ...]
+    values: tuple[int, ...]
+    jacobian: tuple[tuple[int | None, ...], ...]
     state_names: tuple[str, ...]
-    state_values: tuple[str, ...]
+    state_values: tuple[int, ...]
     work: Work
+    before: tuple[str, ...] = ()
+
+    @cached_property
+    def body(self) -> tuple[str, ...]:
+        """The lines of C."""
+        graph, printer = self.printer.graph, self.printer
+        loads = []
+        for at, place in self.given.items():
+            if graph.nodes[at].op != "const":
+                loads.append(f"const double {place_name(printer, at)} = {place};")
+        roots = [
+            *self.values,
+            *(d for row in self.jacobian for d in row if d is not None),
+            *self.state_values,
+        ]
+        return (*self.before, *loads, *printer.lines(self.inside, roots))
+
+    def text(self, at: int | None, alone: bool = False) -> str:
+        """A result in C, after `body`: an atom or in parentheses, unless it stands alone."""
+        if at is None:
+            return "0.0"
+        return self.printer.whole(at) if alone else self.printer.value(at)
+
+    def columns(self, channel: int) -> list[tuple[int, int]]:
+        """Derivatives of a channel that are not zero everywhere: column, node."""
+        value = self.printer.graph.value
+        return [(k, d) for k, d in enumerate(self.jacobian[channel]) if d is not None and value(d) != 0]
 
 
 class Stages:
     """Which nodes are computed when, for one program; makes the regions that templates print."""
 
-    def __init__(self, program: Program, measures: Sequence[str] | None = None) -> None:
+    def __init__(
+        self, program: Program, measures: Sequence[str] | None = None, taped: bool = False
+    ) -> None:  # fmt: skip
         self.program = program
         self.batch = not program.model.inputs
+        self.taped = taped and not self.batch
         self.free = set(program.wrt)
         self.inputs = [i.name for i in program.model.inputs]
         self.parameters = [p.name for p in program.model.scalar_parameters]
@@ -43,9 +79,6 @@ class Stages:
         possible = ("complex", "modulus", "phase") if any(program.complex_outputs) else ("real",)
         self.measures = tuple(m for m in possible if measures is None or m in measures)
         self.channels = {m: channels(program, program.step, m) for m in self.measures}
-        self.first_channels = (
-            {m: channels(program, program.first, m) for m in self.measures} if program.first else {}
-        )
 
     @cached_property
     def masks(self) -> list[int]:
@@ -58,7 +91,7 @@ class Stages:
         for node in sample.graph.nodes:
             if node.op == "in":
                 name = str(node.data)
-                sampled = name in self.inputs or self.batch
+                sampled = name in self.inputs or self.batch or is_measured(name)
                 bits.append(
                     SAMPLE
                     if sampled
@@ -79,10 +112,10 @@ class Stages:
         roots = [c.value for c in chans]
         if jacobian:
             roots += [d for c in chans for d in c.jacobian if d is not None]
-        roots += list(sample.states.values())
-        if jacobian:
-            roots += list(sample.sensitivities.values())
-        return roots
+        return roots + self._states(jacobian, sample)
+
+    def _states(self, jacobian: bool, sample: Sample) -> list[int]:
+        return [*sample.states.values(), *(sample.sensitivities.values() if jacobian else ())]
 
     @cached_property
     def staged(self) -> tuple[int, ...]:
@@ -106,95 +139,77 @@ class Stages:
         return tuple(sorted(found))
 
     def prepare(self) -> Region:
-        """Loop that fills the staged arrays: body lines, and values = the staged quantities."""
+        """Loop that fills the staged arrays; values = the staged quantities."""
         graph = self.program.step.graph
         masks = self.masks_of(self.program.step)
         need = graph.needed(self.staged)
-        printer = Printer(self.program.step.graph)
+        printer = Printer(graph)
         setup = self.parameters_in(printer, need, free=False)
         setup += printer.lines([a for a in need if masks[a] == 0], self.staged)
-        body = self._inputs(printer, need) + printer.lines(
-            [a for a in need if masks[a] == SAMPLE], self.staged
-        )
+        given = self._inputs(printer, need)
+        inside = tuple(a for a in need if masks[a] == SAMPLE and a not in given)
         return Region(
-            tuple(setup),
-            tuple(body),
-            tuple(printer.value(a) for a in self.staged),
-            (),
-            (),
-            (),
-            work(graph, need),
-        )
+            printer, tuple(setup), given, inside, self.staged, (), (), (), work(graph, need)
+        )  # fmt: skip
 
-    def kernel(self, measure: str, jacobian: bool) -> Region:
+    def kernel(self, measure: str, jacobian: bool, form: Form = "values") -> Region:
         """Loop body of the values (and Jacobian) of one measure, from staged arrays."""
         sample = self.program.step
-        roots = self._roots(self.channels[measure], jacobian, sample)
-        place = {at: f"work[{k} * stride + i]" for k, at in enumerate(self.staged)}
+        chans = channels(self.program, sample, measure, form)
         raw = {n: f"work[{k} * stride + i]" for n, k in self._raw().items()}
-        return self._region(sample, self.channels[measure], roots, jacobian, place, raw)
+        place = {at: f"work[{k} * stride + i]" for k, at in enumerate(self.staged)}
+        return self._region(sample, chans, jacobian, place, raw)
 
     def _raw(self) -> dict[str, int]:
         """Row of each input that is staged as it is."""
         nodes = self.program.step.graph.nodes
         return {str(nodes[a].data): k for k, a in enumerate(self.staged) if nodes[a].op == "in"}
 
-    def initial(self, measure: str, jacobian: bool) -> Region:
+    def initial(self, measure: str, jacobian: bool, form: Form = "values") -> Region:
         """The first sample of a time model, from the staged raw inputs at index 0."""
         sample = self.program.first
         assert sample is not None
-        graph = sample.graph
-        raw = self._raw()
+        chans, graph, raw = channels(self.program, sample, measure, form), sample.graph, self._raw()
         place = {graph.input(n): f"work[{raw[n]} * stride]" for n in self.inputs if n in raw}
-        roots = self._roots(self.first_channels[measure], jacobian, sample)
-        return self._region(sample, self.first_channels[measure], roots, jacobian, place)
+        return self._region(sample, chans, jacobian, place)
 
     def _region(
         self,
         sample: Sample,
         chans: tuple[Channel, ...],
-        roots: list[int],
         jacobian: bool,
-        place: dict[int, str],
+        place: Mapping[int, str],
         raw: Mapping[str, str] | None = None,
     ) -> Region:
-        graph, masks = sample.graph, self.masks_of(sample)
-        need = [a for a in graph.needed_until(roots, set(place))]
-        printer = Printer(sample.graph, functions=FUNCTION if self.state_names else BRANCHLESS)
+        graph = sample.graph
+        place = {**place, **{graph.input(n): at for n, at in measured(2 * len(self.program.outputs)).items()}}
+        masks = self.masks_of(sample)
+        roots = self._roots(chans, jacobian, sample)
+        need = graph.needed_until(roots, set(place))
+        names = {at: name for c in chans for at, name in c.called.items()}
+        printer = Printer(graph, functions=FUNCTION if self.state_names else BRANCHLESS, called=names)
         for n in (*self.state_names, *self.sensitivity_names):
             printer.names[graph.input(n)] = printer.fresh(c_name(n.replace(" ", "_")))
         setup = self.parameters_in(printer, need, free=True)
-        inside = [a for a in need if masks[a] & (SAMPLE | STATE) and a not in place]
+        given = {at: text for at, text in place.items() if at in set(need)}
+        if self.batch:
+            given = self._inputs(printer, need)
+        inside = [a for a in need if masks[a] & (SAMPLE | STATE) and a not in given]
         hoisted = {a for at in inside for a in graph.nodes[at].args if not masks[a] & (SAMPLE | STATE)}
         outside = [a for a in need if not masks[a] & (SAMPLE | STATE) and a not in place]
         setup += printer.lines(outside, roots, hoisted)
-        loads = []
-        for at, text in place.items():
-            if at in need:
-                name = self.place_name(printer, at)
-                loads.append(f"const double {name} = {text};")
-        if self.batch:
-            loads = self._inputs(printer, need)
-        body = loads + printer.lines(inside, roots)
         used = [
             printer.names[graph.input(n)]
             for n in (*self.state_names, *(self.sensitivity_names if jacobian else ()))
         ]
-        state_values = [printer.value(a) for a in sample.states.values()]
-        if jacobian:
-            state_values += [printer.value(a) for a in sample.sensitivities.values()]
-        cost = work(graph, inside)
+        cost, before = work(graph, inside), list[str]()
         if sample.part is not None:
             before, more = self._parts(sample.part, printer, raw or {}, jacobian)
-            body, cost = [*before, *body], cost.with_loop(more, sample.part.count)
+            cost = cost.with_loop(more, sample.part.count)
         return Region(
-            tuple(setup), tuple(body),
-            tuple(printer.value(c.value) for c in chans),
-            tuple(
-                tuple("0.0" if d is None else printer.value(d) for d in c.jacobian) for c in chans if jacobian
-            ),
-            tuple(used), tuple(state_values),
-            cost,
+            printer, tuple(setup), given, tuple(inside), tuple(c.value for c in chans),
+            tuple(c.jacobian for c in chans if jacobian), tuple(used), tuple(self._states(jacobian, sample)),
+            cost, tuple(before),
         )  # fmt: skip
 
     def _parts(
@@ -232,17 +247,18 @@ class Stages:
             printer.names[graph.input(n)] = printer.fresh(c_name(n))
         setup = self.parameters_in(printer, need, free=True)
         setup += printer.lines([a for a in need if not masks[a] & (SAMPLE | STATE)], roots)
-        body = self._inputs(printer, need) + printer.lines(
-            [a for a in need if masks[a] & (SAMPLE | STATE)], roots
-        )
+        given = self._inputs(printer, need)
+        inside = [a for a in need if masks[a] & (SAMPLE | STATE) and a not in given]
         used = [printer.names[graph.input(n)] for n in self.state_names]
-        values, states = (tuple(map(printer.value, ids)) for ids in (roots, sample.states.values()))
-        cost = work(graph, need)
+        cost, before = work(graph, need), list[str]()
         if sample.part is not None:
             raw = {n: f"in[{k}][i]" for k, n in enumerate(self.inputs)}
             before, more = self._parts(sample.part, printer, raw, False)
-            body, cost = [*before, *body], cost.with_loop(more, sample.part.count)
-        return Region(tuple(setup), tuple(body), values, (), tuple(used), states, cost)
+            cost = cost.with_loop(more, sample.part.count)
+        return Region(
+            printer, tuple(setup), given, tuple(inside), tuple(roots), (), tuple(used),
+            tuple(sample.states.values()), cost, tuple(before),
+        )  # fmt: skip
 
     def root(self, r: Root) -> Region:
         """Residual and slope of an implicit equation, as a function of its arguments and the unknown."""
@@ -250,25 +266,9 @@ class Stages:
         for n in (*r.arguments, r.unknown):
             printer.names[r.graph.input(n)] = printer.fresh(c_name(n))
         need = r.graph.needed([r.residual, r.slope])
-        body = printer.lines(need, [r.residual, r.slope])
         return Region(
-            (),
-            tuple(body),
-            (printer.value(r.residual), printer.value(r.slope)),
-            (),
-            (),
-            (),
-            work(r.graph, need),
-        )
-
-    def place_name(self, printer: Printer, at: int) -> str:
-        """Give node `at` a name in C: the input's, that of the model's equation, or else its number."""
-        label = printer.graph.labels.get(at)
-        node = printer.graph.nodes[at]
-        known = str(node.data) if node.op == "in" else label[0] if label else ""
-        name = printer.fresh(c_name(known.replace(" ", "_")) if known else f"s{at}")
-        printer.names[at] = name
-        return name
+            printer, (), {}, tuple(need), (r.residual, r.slope), (), (), (), work(r.graph, need)
+        )  # fmt: skip
 
     def parameters_in(self, printer: Printer, need: list[int], free: bool) -> list[str]:
         """Parameters that the nodes `need` use, as local constants; those that are fitted only if `free`."""
@@ -282,14 +282,21 @@ class Stages:
                 lines.append(f"const double {printer.names[at]} = p[{k}];")
         return lines
 
-    def _inputs(self, printer: Printer, need: list[int]) -> list[str]:
-        lines = []
-        for k, name in enumerate(self.parameters if self.batch else self.inputs):
-            at = printer.graph.input(name)
-            if at in need and at not in printer.names:
-                printer.names[at] = printer.fresh(c_name(name))
-                lines.append(f"const double {printer.names[at]} = in[{k}][i];")
-        return lines
+    def _inputs(self, printer: Printer, need: list[int]) -> dict[int, str]:
+        """Where the inputs are that the nodes `need` use."""
+        names = self.parameters if self.batch else self.inputs
+        places = {printer.graph.input(name): f"in[{k}][i]" for k, name in enumerate(names)}
+        return {at: text for at, text in places.items() if at in need and at not in printer.names}
+
+
+def place_name(printer: Printer, at: int) -> str:
+    """Give node `at` a name in C: what it is called, the input's, the equation's, or its number."""
+    label = printer.graph.labels.get(at)
+    node = printer.graph.nodes[at]
+    known = str(node.data).replace(" ", "_") if node.op == "in" else label[0] if label else ""
+    name = printer.fresh(printer.called.get(at) or (c_name(known) if known else f"s{at}"))
+    printer.names[at] = name
+    return name
 
 
 def _both(c: Complex, pair: Pair) -> list[int]:

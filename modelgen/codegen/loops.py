@@ -10,14 +10,19 @@ from dataclasses import dataclass
 from modelgen.codegen.kernels import Region, Stages
 from modelgen.codegen.parts import advance
 from modelgen.codegen.real import Work
+from modelgen.codegen.tape import record
 
 LANES = 8
 """Sums have this many parts, of every 8th sample, so that their order is the same on every machine."""
 PADDED = 2 * LANES
 """Arrays are padded to a multiple of it: what the longest loop takes at once."""
 
-Stores = Callable[[Region], list[str]]
-"""Given a region, the lines that store or sum its results."""
+Stored = Sequence[tuple[str, int | None]]
+"""Where results go: place in an array, node (None: zero)."""
+Stores = Callable[[Region], Stored]
+"""Given a region, where its results go."""
+Lines = Callable[[Region], list[str]]
+"""Given a region, the C that stores or sums its results."""
 
 SIZES = "const size_t n, const size_t stride"
 
@@ -86,31 +91,67 @@ def alone(body: Sequence[str]) -> list[str]:
     return ["MG_ALONE"] if called <= _VECTORISES else []
 
 
-def loop(stages: Stages, region: Region, stores: Stores) -> list[str]:
-    """The loop over samples that stand alone, with `stores` at its end."""
-    end = "n" if stages.batch else "stride"
-    body = indent([*region.body, *stores(region)], 1)
-    return [*region.setup, *alone(region.body), f"for (size_t i = 0; i < {end}; ++i) {{", body, "}"]
+def printed(region: Region, stored: Stored) -> list[str]:
+    """The body and what it stores, in C."""
+    return [*region.body, *assigned(region, stored)]
 
 
-def march(region: Region, first: Region, stores: Stores) -> list[str]:
-    """First sample with the initial states, then one step a sample."""
-    return [*opening(region, first, stores), *region.setup, *marching(region, stores)]
+def assigned(region: Region, stored: Stored) -> list[str]:
+    """What a body stores, in C, after it."""
+    return [f"{place} = {region.text(at, alone=True)};" for place, at in stored]
 
 
-def opening(region: Region, first: Region, stores: Stores) -> list[str]:
-    """States, and the first sample with their initial values."""
-    start = [f"{n} = {v};" for n, v in zip(region.state_names, first.state_values, strict=True)]
+def each(body: Sequence[str]) -> list[str]:
+    """A vector loop over the `count` samples of a tile from `base` on."""
+    used = ["const size_t i = base + l;"] if any("stride + i" in x for x in body) else []
+    return [*alone(body), "for (size_t l = 0; l < count; ++l) {", indent([*used, *body], 1), "}"]
+
+
+def tile(stages: Stages, region: Region, stored: Stored) -> list[str]:
+    """What computes a region for a tile: a vector loop, or a tape."""
+    return record(region, stored) if stages.taped else each(printed(region, stored))
+
+
+def tiles(region: Region, stored: Stored, after: Sequence[str]) -> list[str]:
+    """Taped: all tiles of samples that stand alone, `after` at the end of each."""
     return [
-        *(f"double {n} = 0.0;" for n in region.state_names),
-        "{",
-        "    const size_t i = 0;",
-        indent([*first.setup, *first.body, *stores(first), *start], 1),
+        "for (size_t base = 0; base < stride; base += MG_TILE) {",
+        "    const size_t count = stride - base < MG_TILE ? stride - base : MG_TILE;",
+        indent([*record(region, stored), *after], 1),
         "}",
     ]
 
 
-def marching(region: Region, stores: Stores) -> list[str]:
+def loop(stages: Stages, region: Region, stores: Stores) -> list[str]:
+    """The loop over samples that stand alone, with `stores` at its end."""
+    if stages.taped:
+        return [*region.setup, *tiles(region, stores(region), ())]
+    end, body = "n" if stages.batch else "stride", printed(region, stores(region))
+    return [
+        *region.setup, *alone(region.body), f"for (size_t i = 0; i < {end}; ++i) {{", indent(body, 1), "}",
+    ]  # fmt: skip
+
+
+def march(region: Region, first: Region, lines: Lines) -> list[str]:
+    """First sample with the initial states, then one step a sample."""
+    return [*opening(region, first, lines), *region.setup, *marching(region, lines)]
+
+
+def opening(region: Region, first: Region, lines: Lines) -> list[str]:
+    """States, and the first sample with their initial values."""
+    body = [*first.setup, *first.body, *lines(first)]
+    start = [f"{n} = {first.text(v)};" for n, v in zip(region.state_names, first.state_values, strict=True)]
+    return [
+        *(f"double {n} = 0.0;" for n in region.state_names),
+        "{",
+        "    const size_t i = 0;",
+        indent([*body, *start], 1),
+        "}",
+    ]
+
+
+def marching(region: Region, lines: Lines) -> list[str]:
     """All samples after the first, one step each."""
-    body = indent([*region.body, *stores(region), *advance(region.state_names, region.state_values)], 1)
-    return ["for (size_t i = 1; i < n; ++i) {", body, "}"]
+    body = [*region.body, *lines(region)]
+    body += advance(region.state_names, [region.text(at) for at in region.state_values])
+    return ["for (size_t i = 1; i < n; ++i) {", indent(body, 1), "}"]

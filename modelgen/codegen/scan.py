@@ -7,9 +7,9 @@ from collections.abc import Collection, Sequence
 from functools import cached_property
 
 from modelgen.codegen.affine import Recurrence, earlier, recurrences, special, specialised
-from modelgen.codegen.channels import Channel, channels
+from modelgen.codegen.channels import Channel, Form, channels
 from modelgen.codegen.kernels import Region, Stages
-from modelgen.codegen.loops import Stores, indent, marching, opening
+from modelgen.codegen.loops import Lines, Stores, indent, marching, opening
 from modelgen.codegen.real import Work
 from modelgen.codegen.tile import Tile
 
@@ -50,12 +50,12 @@ class Scan:
         """Differences of inputs that are 0 where a step is one stroke."""
         return earlier(self.sample, self.stages.masks_of(self.sample))
 
-    def channels(self, measure: str) -> tuple[Channel, ...]:
-        return channels(self.stages.program, self.sample, measure)
+    def channels(self, measure: str, form: Form) -> tuple[Channel, ...]:
+        return channels(self.stages.program, self.sample, measure, form)
 
     def shape(self, measure: str) -> Region:
         """What the last loop of a kernel with derivatives gives."""
-        return Tile(self, measure, True).last
+        return Tile(self, measure, True, "residuals").last
 
     def states(self, jacobian: bool) -> tuple[Recurrence, ...]:
         """Those that are scanned: values alone need no sensitivities."""
@@ -63,15 +63,21 @@ class Scan:
         return tuple(x for x in self.order if jacobian or x.state in self.stages.state_names)
 
     def tile(
-        self, measure: str, jacobian: bool, names: dict[str, str], finish: Stores, after: Sequence[str]
+        self,
+        measure: str,
+        jacobian: bool,
+        form: Form,
+        names: dict[str, str],
+        finish: Stores,
+        after: Sequence[str],
     ) -> tuple[list[str], Work]:
         """Lines after the first sample, and the work of a sample.
 
-        names: what states are called in C. `finish` prints what the last loop does with its results at sample
-        i = base + l; `after` follows in each tile of `count` samples.
+        names: what states are called in C. finish: where the results of the last loop go; `after` follows in
+        each tile of `count` samples.
         """
-        plan = Tile(self, measure, jacobian)
-        lean = None if self.lean is None else Tile(self.lean, measure, jacobian)
+        plan = Tile(self, measure, jacobian, form)
+        lean = None if self.lean is None else Tile(self.lean, measure, jacobian, form)
         lean = lean if lean is not None and lean.shape == plan.shape else None
         states = self.states(jacobian)
         lines = [] if lean else list(plan.setup)
@@ -101,21 +107,22 @@ def scan_of(stages: Stages) -> Scan | None:
 
 
 def over_time(
-    stages: Stages, measure: str, jacobian: bool, stores: Stores, finish: Stores, after: Sequence[str] = ()
-) -> tuple[list[str], Work]:
+    stages: Stages, measure: str, jacobian: bool, form: Form, one: Lines, finish: Stores,
+    after: Sequence[str] = (),
+) -> tuple[list[str], Work]:  # fmt: skip
     """The first sample, then all others: by scans where the states allow it, else one after the other.
 
-    stores: what is done with a sample's results in a march, finish: in a tile, after: at its end.
+    one: what is done with a sample's results in a march, finish: in a tile, after: at its end.
     """
-    region = stages.kernel(measure, jacobian)
-    start = opening(region, stages.initial(measure, jacobian), stores)
-    one_by_one = [*region.setup, *marching(region, stores)]
+    region = stages.kernel(measure, jacobian, form)
+    start = opening(region, stages.initial(measure, jacobian, form), one)
     scan = scan_of(stages)
     if scan is None:
-        return [*start, *one_by_one], region.work
+        return [*start, *region.setup, *marching(region, one)], region.work
     known = (*stages.state_names, *stages.sensitivity_names)
     names = dict(zip(known, region.state_names, strict=False))
-    tile, cost = scan.tile(measure, jacobian, names, finish, after)
+    tile, cost = scan.tile(measure, jacobian, form, names, finish, after)
     if scan.condition:
+        one_by_one = [*region.setup, *marching(region, one)]
         tile = [f"if ({scan.condition}) {{", indent(tile, 1), "} else {", indent(one_by_one, 1), "}"]
     return [*start, *tile], cost

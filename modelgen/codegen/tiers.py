@@ -21,8 +21,9 @@ from modelgen.errors import ToolError
 
 GRACE = 0.1
 """Seconds that the library waits for a first answer, whose time it would take away."""
-WORTH = 0.2
-"""Seconds that fits may work in slow code before the compiler's time is worth it: what it takes itself."""
+WORTH = {"none": 0.4, "some": 2.0}
+"""Seconds that fits may work in code in memory before the compiler's time is worth it: what it takes itself,
+and more where some loops are tapes. Where all are, a library is hardly faster."""
 _SIZE, _POINTER = ctypes.c_size_t, ctypes.c_void_p
 
 
@@ -30,15 +31,15 @@ class Rise:
     """The library that code in memory gives way to, compiled in a thread of its own once fits have worked in
     that code for long. Both must round alike, bit by bit, so that no number depends on when."""
 
-    def __init__(self, make: Callable[[], Code]):
-        self._make, self._left = make, WORTH
+    def __init__(self, make: Callable[[], Code], worth: float):
+        self._make, self._left = make, worth
         self._library: Future[Code] | None = None
 
     def worked(self, seconds: float) -> None:
         """Fits have worked for so long."""
         self._left -= seconds
         if self._left < 0 and self._library is None:
-            self._library = _compilers().submit(self._make)
+            self._library = compilers().submit(self._make)
 
     def there(self) -> Code | None:
         """The library, if it is done. Raises what the compiler complained of."""
@@ -99,7 +100,7 @@ class Tiers:
         self._kept: dict[str, Code] = {}
         self._answered = Event()
         self._process = os.getpid()
-        self._library = _done(make()) if at_once is None else _compilers().submit(self._work)
+        self._library = _done(make()) if at_once is None else compilers().submit(self._work)
 
     def _work(self) -> Code:
         self._answered.wait(GRACE)
@@ -136,9 +137,10 @@ def _done(code: Code) -> Future[Code]:
 
 
 @cache
-def _compilers() -> ThreadPoolExecutor:
+def compilers() -> ThreadPoolExecutor:
+    """Threads that compilers run in."""
     return ThreadPoolExecutor(os.cpu_count() or 1, "compiler")
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_compilers.cache_clear)  # a child has none of its parent's threads
+    os.register_at_fork(after_in_child=compilers.cache_clear)  # a child has none of its parent's threads

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from modelgen.codegen.affine import Recurrence, updates
 from modelgen.codegen.algebra import FREE, SAMPLE, STATE
+from modelgen.codegen.channels import Form, measured
 from modelgen.codegen.ctext import BRANCHLESS, Printer, c_name
 from modelgen.codegen.kernels import Region
-from modelgen.codegen.loops import Stores, alone, indent
+from modelgen.codegen.loops import Stored, Stores, each, tile
 from modelgen.codegen.real import Graph, work
+from modelgen.codegen.tape import record
 
 if TYPE_CHECKING:
     from modelgen.codegen.scan import Scan
@@ -25,26 +27,30 @@ SLOW = {"exp", "log", "sin", "cos", "tan", "div", "sqrt", "pow", "atan2", "tanh"
 
 @dataclass(frozen=True)
 class Loop:
-    """One vector loop over a tile: body, and the states (by number) that are scanned after it."""
+    """One vector loop over a tile: what it computes and where that goes, and the states (by number) that are
+    scanned after it."""
 
-    body: tuple[str, ...]
+    region: Region
+    stored: Stored
     scanned: tuple[int, ...]
 
 
 class Tile:
     """The loops of one kernel: what they compute, load and keep for each other."""
 
-    def __init__(self, scan: Scan, measure: str, jacobian: bool) -> None:
+    def __init__(self, scan: Scan, measure: str, jacobian: bool, form: Form) -> None:
         self.stages, self.sample = scan.stages, scan.sample
         self.graph: Graph = self.sample.graph
         self.states = scan.states(jacobian)
-        self.chans = scan.channels(measure)
+        self.chans = scan.channels(measure, form)
         self.roots = [c.value for c in self.chans]
         if jacobian:
             self.roots += [d for c in self.chans for d in c.jacobian if d is not None]
         self.masks = self.stages.masks_of(self.sample)
         staged = {scan.moved[at]: k for k, at in enumerate(self.stages.staged)}
         self.place = {at: f"work[{k} * stride + i]" for at, k in staged.items() if at not in self._fixed()}
+        known = measured(2 * len(self.stages.program.outputs))
+        self.place |= {self.graph.input(n): at for n, at in known.items()}
         new = updates(self.sample)
         for k, x in enumerate(self.states):
             self.place[self.graph.input(x.state)] = f"mg_x{k}[l]"
@@ -53,7 +59,8 @@ class Tile:
             if update.op == "neg":  # a sign that factors take along
                 self.place.setdefault(update.args[0], f"-mg_x{k}[l + 1]")
         self.kept = self._kept()
-        self.printer = Printer(self.graph, functions=BRANCHLESS)
+        names = {at: name for c in self.chans for at, name in c.called.items()}
+        self.printer = Printer(self.graph, functions=BRANCHLESS, called=names)
         for name in (*self.stages.state_names, *self.stages.sensitivity_names):
             self.printer.taken.add(c_name(name.replace(" ", "_")))  # what the first sample leaves
         self.setup = self._setup()
@@ -112,67 +119,66 @@ class Tile:
         lines = self.stages.parameters_in(self.printer, need, free=True)
         return lines + self.printer.lines(outside, roots, hoisted)
 
-    def _body(self, roots: Iterable[int], given: dict[int, str]) -> tuple[list[str], Printer, list[int]]:
-        """Loads and lines that compute `roots` from what is `given`, and the nodes of these lines."""
-        roots = list(roots)
+    def _region(
+        self, roots: Iterable[int], given: dict[int, str], jacobian: Iterable[Sequence[int | None]] = ()
+    ) -> Region:  # fmt: skip
+        """What computes `roots`, and `jacobian`, from what is `given`."""
+        values, rows = tuple(roots), tuple(map(tuple, jacobian))
         printer = copy(self.printer)
         printer.names, printer.taken = dict(self.printer.names), set(self.printer.taken)
-        need = self.graph.needed_until(roots, set(given))
-        loads = []
-        for at, text in given.items():
-            if at in need and self.graph.nodes[at].op != "const":
-                loads.append(f"const double {self._name(printer, at)} = {text};")
-        inside = [a for a in need if self.masks[a] & LOOP and a not in given]
-        lines = [*loads, *printer.lines(inside, roots)]
-        return lines, printer, inside
+        slopes = [d for row in rows for d in row if d is not None]
+        need = self.graph.needed_until([*values, *slopes], set(given))
+        for at in need:
+            self._before(printer, at)
+        loads = {at: text for at, text in given.items() if at in set(need)}
+        inside = tuple(a for a in need if self.masks[a] & LOOP and a not in given)
+        return Region(printer, (), loads, inside, values, rows, (), (), work(self.graph, inside))
 
-    def _name(self, printer: Printer, at: int) -> str:
-        """Of a loaded value; what a state was at the sample before is told from what it becomes."""
-        if not self.masks[at] & STATE or self.graph.nodes[at].op != "in":
-            return self.stages.place_name(printer, at)
-        state = str(self.graph.nodes[at].data).replace(" ", "_")
-        printer.names[at] = printer.fresh(c_name(f"{state}_before"))
-        return printer.names[at]
+    def _before(self, printer: Printer, at: int) -> None:
+        """What a state was at the sample before is told from what it becomes."""
+        node = self.graph.nodes[at]
+        if self.masks[at] & STATE and node.op == "in":
+            printer.called = {**printer.called, at: c_name(f"{node.data}_before".replace(" ", "_"))}
 
     @property
     def shape(self) -> tuple[Any, ...]:
         """What tiles must have in common to take turns: states in their order, derivatives that are 0."""
-        zeros = tuple(tuple(d == "0.0" for d in row) for row in self.last.jacobian)
-        return tuple(x.state for x in self.states), zeros
+        columns = (tuple(k for k, _ in self.last.columns(c)) for c in range(len(self.last.jacobian)))
+        return tuple(x.state for x in self.states), tuple(columns)
 
     def turns(self, strokes: Sequence[int]) -> list[str]:
         """Whether any of `strokes` is not 0 in this tile."""
-        lines, printer, _ = self._body(strokes, self._given(0))
-        some = [f"mg_turns |= {printer.value(at)} != 0.0 ? 1U : 0U;" for at in strokes]
+        region = self._region(strokes, self._given(0))
+        first = "unsigned mg_turns = 0U; /* whether the path turns inside of a step */"
+        if not self.stages.taped:
+            some = [*region.body]
+            some += [f"mg_turns |= {region.text(at)} != 0.0 ? 1U : 0U;" for at in strokes]
+            return [first, *each(some)]
+        rows = range(len(strokes))
         return [
-            "unsigned mg_turns = 0U; /* whether the path turns inside of a step */",
-            *_vector([*lines, *some]),
-        ]
+            first, f"double mg_stroke[{len(strokes)}][MG_TILE];",
+            *record(region, [(f"mg_stroke[{k}][l]", strokes[k]) for k in rows]),
+            *(f"mg_turns |= mg_tape_any(count, mg_stroke[{k}]);" for k in rows),
+        ]  # fmt: skip
 
     def lines(self, finish: Stores) -> list[str]:
         """The loops of a tile and the scans between them."""
         lines: list[str] = []
         for loop in self.loops():
-            lines += _vector(loop.body)
+            lines += tile(self.stages, loop.region, loop.stored)
             lines += [f"mg_scan(count, mg_a{k}, mg_c{k}, mg_x{k});" for k in loop.scanned]
-        return [*lines, *_vector([*self.last.body, *finish(self.last)])]
+        return [*lines, *tile(self.stages, self.last, finish(self.last))]
 
     def loops(self) -> list[Loop]:
         """One loop a level: factors and rests of its states; the first keeps what others need."""
         made = []
         for level in self._levels():
-            states = self._level(level)
-            kept = self._keeps(level)
-            roots = [at for _, x in states for at in (x.factor, x.rest)]
-            given = self._given(level)
-            lines, printer, _ = self._body([*roots, *kept], given)
-            for k, x in states:
-                lines += [
-                    f"mg_a{k}[l] = {printer.value(x.factor)};",
-                    f"mg_c{k}[l] = {printer.value(x.rest)};",
-                ]
-            lines += [f"mg_k{k}[l] = {printer.value(at)};" for k, at in enumerate(kept)]
-            made.append(Loop(tuple(lines), tuple(k for k, _ in states)))
+            states, kept = self._level(level), self._keeps(level)
+            results = [(f"mg_a{k}[l]", x.factor) for k, x in states]
+            results += [(f"mg_c{k}[l]", x.rest) for k, x in states]
+            results += [(f"mg_k{k}[l]", at) for k, at in enumerate(kept)]
+            region = self._region([at for _, at in results], self._given(level))
+            made.append(Loop(region, results, tuple(k for k, _ in states)))
         return made
 
     def _given(self, level: int) -> dict[int, str]:
@@ -185,23 +191,9 @@ class Tile:
         return given
 
     def _last(self, jacobian: bool) -> Region:
-        lines, printer, inside = self._body(self.roots, self._given(len(self.states) + 1))
+        slopes = [c.jacobian for c in self.chans] if jacobian else []
+        region = self._region([c.value for c in self.chans], self._given(len(self.states) + 1), slopes)
         before = {at for x in self.states for at in (x.factor, x.rest)} | set(self.kept)
         need = [a for a in self.graph.needed_until(before, set(self.place)) if self.masks[a] & SAMPLE]
-        cost = work(self.graph, {*inside, *(a for a in need if a not in self.place)})
-        cost = cost.plus(2 * len(self.states))
-        jac = tuple(
-            tuple("0.0" if d is None else printer.value(d) for d in c.jacobian)
-            for c in self.chans
-            if jacobian
-        )
-        values = tuple(printer.value(c.value) for c in self.chans)
-        return Region((), tuple(lines), values, jac, (), (), cost)
-
-
-def _vector(body: Iterable[str]) -> list[str]:
-    lines = list(body)
-    used = ["const size_t i = base + l;"] if any("stride + i" in x for x in lines) else []
-    return [
-        *alone(lines), "for (size_t l = 0; l < count; ++l) {", indent([*used, *lines], 1), "}",
-    ]  # fmt: skip
+        cost = work(self.graph, {*region.inside, *(a for a in need if a not in self.place)})
+        return replace(region, work=cost.plus(2 * len(self.states)))

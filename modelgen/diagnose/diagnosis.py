@@ -8,6 +8,7 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
+from modelgen.codegen import warm
 from modelgen.diagnose.conclude import conclude
 from modelgen.diagnose.gate.exact import exact
 from modelgen.diagnose.gate.mirrored import mirrored, opposed
@@ -50,6 +51,7 @@ def diagnose(
     """
     from modelgen.effects import CATALOGUE
 
+    warm()
     catalogue = (*CATALOGUE, *(effects or ()))
     check_effects(effects or (), model, {k for e in CATALOGUE for k in e.kinds})
     # fits share the cores already; threads of small matrices wait for each other, ten times as long on a busy

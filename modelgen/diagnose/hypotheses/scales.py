@@ -87,9 +87,9 @@ def port_scale(port: Port, values: Sequence[dict[str, Array]]) -> Array:
 
 def values_at(e: Experiment, theta: Array, k: int) -> dict[str, Array]:
     """Every equation of the model at θ in recording k, at all of its samples."""
-    from modelgen.codegen import build
+    from modelgen.codegen import build_many
 
-    f = build(e.model, e.layout.wrt, wait=True)
+    (f,) = build_many([(e.model, e.layout.wrt)], ("all",))
     free = dict(zip(e.layout.wrt, e.local(theta, k), strict=True))
     known = {**e.constants, **e.series[k].constants, **free}
     recorded = e.series[k].inputs
