@@ -16,11 +16,15 @@ from modelgen.language import Abs, Model, Piecewise, Port, State, exp
 # deflected, is the sensor's, and stays when the sample is let go.
 
 
+TOUCH = 1 - 1e-9  # of the gap, but for rounding
+
+
 def _grip(model: Model, port: Port, p: Values) -> Model:
     d, unit = p["d"], model[port.equation].unit
     y = Symbol("loose_grip_y", real=True)
     offset = _undeflected(model, port)
-    start = within(offset - at_start(model, model[port.equation]), d)
+    first = offset - at_start(model, model[port.equation])
+    start = (Abs(first + d) - Abs(first - d)) / 2  # within ±d; cases of cases, as there are in it, multiply
     fading = exp(-(port["t"] - port["t_prev"]) / p["T"])
 
     def memory(F: Any) -> tuple[State, ...]:
@@ -28,7 +32,7 @@ def _grip(model: Model, port: Port, p: Values) -> Model:
         return (State(y.name, start, update, unit=unit, text="what the gap takes off the force"),)
 
     return model.extend(
-        port.equation, lambda F: Piecewise((F + y, Abs(y) >= d), (offset, True)), statements=memory
+        port.equation, lambda F: Piecewise((F + y, Abs(y) >= TOUCH * d), (offset, True)), statements=memory
     )
 
 

@@ -91,6 +91,8 @@ def judge_adequacy(
     unknown = _unexplained(outcome, left, gross, explained) and not _better_named(
         setting, outcome, sensitivities, explained, floor
     )
+    if stated and best.hypothesis.added and _smooth(setting, outcome) and _beside(before, after):
+        unknown, floor = True, 1.0
     if not unknown and best.hypothesis.added and (part := reach(before, after, floor)) < 1.0:
         unknown = _nameless(setting, outcome, left, part)
     quiet = _floor(after, rough, sum(e.size for e in plain), stated, True)
@@ -161,6 +163,12 @@ def _levelled(gate: Gate, terms: Fit) -> Gate:
     """The gate with no more noise than a description leaves: from sample to sample a hum looks like it."""
     floor = min(gate.floor, mean_square(plain_white(terms)))
     return replace(gate, floor=floor, scale=float(np.sqrt(floor)))
+
+
+def _beside(before: float, after: float) -> bool:
+    """Whether named effects explain the smaller part of what is beyond the stated noise, and a smooth error
+    that nobody stated the rest: more than their own law's, it is what they stand in for."""
+    return after > FITS**2 and before - after < PART * (before - 1)
 
 
 def _smooth(setting: Setting, outcome: Outcome) -> bool:
