@@ -25,6 +25,7 @@ from modelgen.effects import (
     sensor,
     slip_level,
     softening,
+    stops,
     viscoelastic,
     warming,
 )
@@ -49,6 +50,7 @@ CATALOGUE: tuple[Effect, ...] = (
     *mass.EFFECTS,
     *slip_level.EFFECTS,
     *clearance.EFFECTS,
+    *stops.EFFECTS,
     *loose_grip.EFFECTS,
     *joint.EFFECTS,
     *drift.EFFECTS,

@@ -1,4 +1,4 @@
-"""Play and stops: displacement that gets lost on its way, contacts that close."""
+"""Play: displacement that gets lost on its way."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -6,9 +6,9 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, add, at_most, unit_of
+from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, unit_of
 from modelgen.effects.motion import moved_input, moved_rate
-from modelgen.language import Abs, Equation, Max, Model, Parameter, Piecewise, Port, State, exp, sign
+from modelgen.language import Abs, Equation, Model, Parameter, Piecewise, Port, State, sign
 
 MOTION = ("z", "v", "z_prev", "z_turn")
 
@@ -198,77 +198,6 @@ free_play = replace(
 )
 
 
-def _stop(side: int) -> Effect:
-    end = "upper" if side > 0 else "lower"
-    return Effect(
-        "end_stop",
-        ("force",),
-        f"beyond a certain displacement a stop at the {end} end comes into contact: another spring acts, "
-        f"on one side only",
-        "S. W. Shaw, P. J. Holmes, J. Sound Vib. 90 (1983) 129",
-        (Strength(f"k_{end}", "{port}/{z}", text="stiffness of the contact"),),
-        add(lambda at, p: side * p[f"k_{end}"] * Max(0, side * (at["z"] - p[f"z_{end}"]))),
-        (Shape(f"z_{end}", "{z}", "position", 1.0, 1.0, 12, log=False, text="where the contact begins"),),
-        needs=("z",),
-    )
-
-
-def _positive(x: Any) -> Any:
-    """x where it is positive, else 0; sympy's Max takes long over what composed effects make of x."""
-    return (x + Abs(x)) / 2
-
-
-def _power_stop(side: int) -> Effect:
-    """F = ±P (x/1 unit)^m, x the way beyond the contact."""
-    end = "upper" if side > 0 else "lower"
-
-    def apply(model: Model, port: Port, p: Values) -> Model:
-        unit = Parameter(
-            "unit_way", unit_of(model, port["z"]), 1.0, (0.5, 2.0), "the unit of way", known=True
-        )
-        beyond = _positive(side * (port["z"] - p[f"c_{end}"])) / unit
-        return model.with_parameters(unit).extend(
-            port.equation, lambda F: F + side * p[f"P_{end}"] * (beyond + 1e-12) ** p[f"m_{end}"]
-        )
-
-    return replace(
-        _stop(side),
-        says=f"beyond a certain displacement a round or soft stop at the {end} end comes into contact: its "
-        "force grows with a power of the way beyond",
-        source="H. Hertz, J. reine angew. Math. 92 (1882) 156: 3/2 for round bodies; K. L. Johnson, Contact "
-        "Mechanics (1985), ch. 4: other powers for other forms",
-        strengths=(Strength(f"P_{end}", "{port}", text="force at unit way beyond the contact"),),
-        apply=apply,
-        shapes=(
-            replace(_stop(side).shapes[0], name=f"c_{end}"),
-            Shape(f"m_{end}", "1", "1", 1.05, 2.5, 2, log=False, text="power of the way beyond the contact"),
-        ),
-    )
-
-
-STEEP = 60.0
-"""The largest exponent: a search may ask for a stop that is beyond all motion."""
-
-
-def _soft_stop(side: int) -> Effect:
-    """F = ±G e^(x − 1), x = ±z/l: a stiffness that grows e-fold over a small part of the stroke is a stop."""
-    end = "upper" if side > 0 else "lower"
-
-    def law(at: Port, p: Values) -> Any:
-        return side * p[f"G_{end}"] * exp(at_most(side * at["z"] / p[f"l_{end}"] - 1, STEEP))
-
-    return replace(
-        _stop(side),
-        says=f"beyond a certain displacement a soft stop at the {end} end comes into contact: its force "
-        "grows exponentially with the way, as of a rubber bumper",
-        source="A. N. Gent, Engineering with Rubber (2012), ch. 3: pads and bumpers in compression",
-        strengths=(Strength(f"G_{end}", "{port}", text="force at z = ± l"),),
-        apply=add(law),
-        shapes=(Shape(f"l_{end}", "{z}", "displacement", 0.05, 0.13, 2, text="way of e-fold growth"),),
-        common=0.5,
-    )
-
-
 SPREAD = (-0.8, -0.4, 0.0, 0.4, 0.8)
 """The middles of five equal parts of a uniform distribution, over its half width."""
 
@@ -291,7 +220,4 @@ gradual_backlash = Effect(
     common=0.5,
 )
 
-EFFECTS = (
-    backlash, loose_spring, dead_zone, free_play, gradual_backlash, gapped_friction,
-    _stop(1), _stop(-1), _power_stop(1), _power_stop(-1), _soft_stop(1), _soft_stop(-1),
-)  # fmt: skip
+EFFECTS = (backlash, loose_spring, dead_zone, free_play, gradual_backlash, gapped_friction)

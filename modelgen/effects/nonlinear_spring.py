@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, add, at_most
-from modelgen.language import Abs, Max, Port, exp
+from modelgen.language import Abs, Max, Port, exp, sqrt
 
 TEXTBOOK = "A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 1.2 and 4.1"
 HARDENS = "the spring hardens (or softens) with the displacement squared, alike in both directions"
@@ -99,6 +99,19 @@ bilinear_stiffness = Effect(
     needs=("z",),
 )
 
+knee = Effect(
+    "asymmetric_stiffness",
+    ("force",),
+    "the spring has one stiffness in tension and another one in compression, and goes from one to the other "
+    "along a bend: an even force, k_b (√(z² + w²) − w)",
+    "S. W. Shaw, P. J. Holmes, J. Sound Vib. 90 (1983) 129, with its corner rounded by a hyperbola",
+    (Strength("k_b", "{port}/{z}", bounds=ANY, text="half of what the two stiffnesses differ by, far out"),),
+    add(lambda at, p: p["k_b"] * (sqrt(at["z"] ** 2 + p["w"] ** 2) - p["w"])),
+    (Shape("w", "{z}", "displacement", 0.1, 2.0, 4, text="width of the bend"),),
+    needs=("z",),
+    common=0.5,
+)
+
 CLEARANCE = 0.02
 """The smallest gap over the resting gap: the pull stays finite when a search puts the magnet inside the
 stroke."""
@@ -160,5 +173,5 @@ def _rubber(side: int) -> Effect:
 
 EFFECTS = (
     cubic_stiffness, quintic_stiffness, asymmetric_stiffness, _one_sided(1), _one_sided(-1), _exponential(1),
-    _exponential(-1), _rubber(1), _rubber(-1), bilinear_stiffness, _magnet(1), _magnet(-1),
+    _exponential(-1), _rubber(1), _rubber(-1), bilinear_stiffness, knee, _magnet(1), _magnet(-1),
 )  # fmt: skip
