@@ -86,6 +86,7 @@ def judge_adequacy(
     if not setting.model.is_time_model and not best.hypothesis.added:
         left = left if left.gain > _gained_by_refused(setting, outcome) else replace(left, gain=0.0)
     far = left.gain > LEFT or gross or outcome.judge.temper > 1.0
+    far = far or (many and not stated and _white(outcome) and after > FAR**2 * rough)
     floor = _floor(after, rough, sum(e.size for e in plain), stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
     unknown = _unexplained(outcome, left, gross, explained) and not _better_named(
@@ -169,6 +170,11 @@ def _beside(before: float, after: float) -> bool:
     """Whether named effects explain the smaller part of what is beyond the stated noise, and a smooth error
     that nobody stated the rest: more than their own law's, it is what they stand in for."""
     return after > FITS**2 and before - after < PART * (before - 1)
+
+
+def _white(outcome: Outcome) -> bool:
+    """Whether the hypotheses are judged by independent noise: its level is then that from sample to sample."""
+    return all(w.order == 0 and w.root is None for w in outcome.judge.whiteners)
 
 
 def _smooth(setting: Setting, outcome: Outcome) -> bool:
