@@ -12,7 +12,9 @@ import sympy as sp
 from benchmarks.timing import Run
 from benchmarks.transducer import HIGH, LOW, SIX, Setting, function, setting, textbook
 from modelgen.fit import PSO, GaussNewton, MultiStart, Problem
-from modelgen.fit.compiled import fused
+from modelgen.fit.compiled import Compiled
+from modelgen.fit.recorded import Recorded
+from modelgen.fit.whitener import Whitener
 
 PARTICLES, ITERATIONS, STARTS = 100, 500, 1000
 
@@ -28,7 +30,10 @@ def problem() -> Problem:
     s, F = recording(), function()
     ready = F.prepare(f=s.f)
     data, weight = np.stack([s.data.real, s.data.imag]), np.ones((2, len(s.f)))
-    compiled = fused([ready], ["complex"], [data], [weight], np.arange(6)[None], np.zeros((1, 6)), 6)
+    rows, place = np.arange(2, dtype=np.uintp), np.arange(6, dtype=np.int64)
+    padded, whitener = (ready.pad(data), ready.pad(weight)), Whitener(weight)
+    recorded = Recorded(ready, "complex", *padded, whitener, rows, place, np.zeros(6), fused=True)
+    compiled = Compiled((recorded,), len(SIX))
 
     def linearise(theta: Any) -> tuple[Any, Any]:
         values, jac = ready.jacobian(theta, "complex")

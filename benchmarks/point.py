@@ -13,7 +13,13 @@ import sympy as sp
 from benchmarks.compilers import casadi_call, casadi_compiled, compiled, symforce_cpp
 from benchmarks.timing import Run
 from benchmarks.transducer import SIX, Setting, address, function, hand, real_form, textbook
+from modelgen.codegen import Function
+from modelgen.codegen.emit import emit
 from modelgen.codegen.function import aligned
+from modelgen.codegen.instant import Memory
+from modelgen.codegen.machine import machine
+from modelgen.codegen.program import build_program
+from modelgen.codegen.tiers import Code, Tiers
 
 
 def ours(s: Setting) -> Run:
@@ -173,8 +179,16 @@ def symforce(s: Setting) -> Run:
     return run
 
 
-def fused(s: Setting) -> Run:
-    F, theta = function(), s.sets[0]
+def unseen(taped: bool) -> Callable[[Setting], Run]:
+    """A model that no compiler has seen: its C compiled in memory, or its loops as tapes."""
+    F = function()
+    source = emit(build_program(F.model, SIX), ("normal",), measures=("complex",), taped=taped)
+    code = Code(source, Memory(source.source, machine()))
+    return lambda s: fused(s, Function(F.model, F.wrt, F.free, Tiers(lambda: code)))
+
+
+def fused(s: Setting, of: Function | None = None) -> Run:
+    F, theta = of or function(), s.sets[0]
     ready = F.prepare(f=s.f)
     data, weight = ready.pad(np.stack([s.data.real, s.data.imag])), ready.pad(np.ones((2, len(s.f))))
     p, flat = ready.p.copy(), np.empty(len(SIX) * (len(SIX) + 1) // 2 + len(SIX) + 1)
@@ -218,5 +232,7 @@ JACOBIAN: dict[str, Callable[[Setting], Run]] = {
 }
 FUSED: dict[str, Callable[[Setting], Run]] = {
     "modelgen": fused,
+    "modelgen, as a tape": lambda s: unseen(True)(s),
+    "modelgen, compiled in memory": lambda s: unseen(False)(s),
     "our Jacobian, then numpy": matrices,
 }

@@ -12,7 +12,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # benchmarks is no part of the package
 
-from benchmarks import dahl, point, transducer
+from benchmarks import dahl, fits, point, transducer
 from benchmarks.timing import difference, flat, race
 
 needs_cc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
@@ -27,6 +27,20 @@ def test_hand_written_c_is_a_fair_yardstick() -> None:
         makers: Any = contestants
         ours, by_hand = flat(makers["modelgen"](work)()), flat(makers["C by hand"](work)())
         assert difference(by_hand, ours) < 1e-12
+
+
+def test_models_that_no_compiler_has_seen_give_the_same_sums() -> None:
+    s = transducer.setting(101, 1)
+    wanted = flat(point.FUSED["modelgen"](s)())
+    for who, make in point.FUSED.items():
+        assert difference(flat(make(s)()), wanted) < 1e-12, who
+
+
+def test_fits_that_are_raced_find_the_truth() -> None:
+    problem = fits.problem()
+    assert problem.compiled is not None
+    best = fits.swarm_ours()()
+    assert best < 2.0 * problem.n_data * 1e-4 * np.mean(np.abs(fits.recording().data) ** 2)
 
 
 def test_the_textbook_form_is_the_model() -> None:
