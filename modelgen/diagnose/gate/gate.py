@@ -173,7 +173,7 @@ def _beside(before: float, after: float) -> bool:
 
 
 def _white(outcome: Outcome) -> bool:
-    """Whether the hypotheses are judged by independent noise: its level is then that from sample to sample."""
+    """Whether hypotheses are judged by independent noise: its level is then that from sample to sample."""
     return all(w.order == 0 and w.root is None for w in outcome.judge.whiteners)
 
 
