@@ -51,3 +51,27 @@ def test_inputs_between_samples_are_no_physics(straight: bool, tmp_path: Path) -
     verdict = diagnose(mg.open_case(tmp_path / "case.toml")[1], model)
     assert verdict.adequate, verdict.summary
     assert any("smoothly" in note for note in verdict.notes) != straight
+
+
+@pytest.mark.parametrize("straight", [False, True])
+def test_motions_between_samples_are_no_physics(straight: bool, tmp_path: Path) -> None:
+    """A springpot by Grünwald and Letnikov's sum, 32 steps a sample; ten samples a cycle of the fastest wave."""
+    rng, count, often, alpha = np.random.default_rng(5), 900, 32, 0.3
+    n, fine = np.arange(count), np.arange(count * often) / often
+    lines = np.sort(rng.uniform(0.3, 6.0, 16))
+    z = sum(np.sin(2 * np.pi * f * fine / 60 + rng.uniform(0, 6)) for f in lines) / 4
+    z = z * np.clip(fine / 60, 0.0, 1.0) ** 2  # from rest
+    z = np.interp(fine, n, z[::often]) if straight else z
+    steps = np.arange(len(fine))
+    g = np.cumprod(np.where(steps == 0, 1.0, (steps - 1 - alpha) / np.maximum(steps, 1)))
+    force = 5 * z + 4 * (60 * often) ** alpha / (2 * np.pi) ** alpha * signal.fftconvolve(g, z)[: len(z)]
+    noisy = force[::often] + 0.03 * rng.standard_normal(count)
+    table = np.column_stack([n / 60, z[::often], noisy])
+    np.savetxt(tmp_path / "a.csv", table, delimiter=",", header="t [s],z [mm],F_m [N]", comments="")
+    (tmp_path / "case.toml").write_text(
+        'model = "fractional_kelvin_voigt"\n[noise]\nF_m = 0.03\n[[recording]]\nfile = "a.csv"\n'
+    )
+    model, case = mg.open_case(tmp_path / "case.toml")
+    verdict = diagnose(case, model)
+    assert verdict.adequate, verdict.summary
+    assert any("smoothly" in note for note in verdict.notes) != straight

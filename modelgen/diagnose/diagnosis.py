@@ -19,7 +19,7 @@ from modelgen.diagnose.ground import Ground, prepare
 from modelgen.diagnose.hypotheses.addition import additions
 from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, record_scales, values_at
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
-from modelgen.diagnose.noise.between import smoothly_driven
+from modelgen.diagnose.noise.between import smoothly_driven, smoothly_moved
 from modelgen.diagnose.noise.glitches import laid_open, rather, uncovered
 from modelgen.diagnose.noise.history import unrested
 from modelgen.diagnose.noise.noise import marked
@@ -105,7 +105,7 @@ def _prepared(model: Model, case: Case, seed: int) -> tuple[Case, Ground, tuple[
     """The case with inputs that ran as the base says they did between their samples, and with a past of its
     memory; its ground, and a note where they ran smoothly or the sample had not rested."""
     ground, notes = prepare(model, case, seed), []
-    for ask, note in ((smoothly_driven, SMOOTH), (unrested, UNRESTED)):
+    for ask, note in ((smoothly_driven, SMOOTH), (smoothly_moved, ROUND), (unrested, UNRESTED)):
         other = ask(model, case, ground.base, ground.judge)
         if other is not None:
             case, ground = other, prepare(model, other, seed)
@@ -114,6 +114,10 @@ def _prepared(model: Model, case: Case, seed: int) -> tuple[Case, Ground, tuple[
 
 
 SMOOTH = "inputs ran smoothly between their samples: with straight lines the base fits far worse"
+ROUND = (
+    "the motion ran smoothly between its samples: what straight ways make of the model's memory is taken off "
+    "the recordings, which fit far better so"
+)
 UNRESTED = (
     "the sample had not rested before the records: what its memory begins with is fitted, in each its own"
 )

@@ -2,18 +2,25 @@
 
 Of a wave, straight lines leave (sin x/x)² = 1 − x²/3 + …, x = ω Δt/2 (R. W. Hamming, Digital Filters (1989),
 ch. 3). A twelfth of the second difference taken away beforehand gives that back. At a dozen samples a cycle
-it is 2 %, which at a resonance is far more than noise.
+it is 2 %, which at a resonance is far more than noise. A motion acts at once as well, and there it must stay
+as it is: what a cubic's way from sample to sample changes of the base's output is taken off the recordings.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
+from modelgen.codegen import build_many
+from modelgen.codegen.inputs import complete_inputs
+from modelgen.codegen.lower import primary_outputs
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import ALARM
 from modelgen.diagnose.noise.replica import on
+from modelgen.fit.experiment import Experiment
 from modelgen.fit.series import Array, input_noise
 from modelgen.language import Model
 from modelgen.recordings import Case, Recording
@@ -25,8 +32,6 @@ EVEN = 1e-2
 def smoothly_driven(model: Model, case: Case, base: Fit, judge: Judge) -> Case | None:
     """The case with inputs whose straight lines do what smooth ones would, where `base` fits far better by
     them; else None."""
-    from modelgen.codegen.inputs import complete_inputs
-
     names = _driving(model)
     if not names:
         return None
@@ -37,6 +42,63 @@ def smoothly_driven(model: Model, case: Case, base: Fit, judge: Judge) -> Case |
         for s, r in zip(e.series, smooth.fit, strict=True)
     )
     return smooth if judge.fit(on(base.hypothesis, series), [base.theta]).bic < base.bic - ALARM else None
+
+
+FINER = 4
+"""Steps from sample to sample in which a cubic is followed."""
+MATTERS = 0.05
+"""Times the noise from which on it is looked at what that changes."""
+
+
+def smoothly_moved(model: Model, case: Case, base: Fit, judge: Judge) -> Case | None:
+    """The case without what straight ways between samples make of a motion that a memory follows, where
+    `base` fits far better by it; else None."""
+    e = base.hypothesis.experiment
+    if not _following(model) or _driving(model):
+        return None
+    more = [
+        _rounder(model, case, e, base.theta, r)[list(s.rows)] for r, s in zip(case.fit, e.series, strict=True)
+    ]
+    pairs = list(zip(e.series, more, strict=True))
+    if all(np.sqrt(np.mean((x * s.whitener.weight) ** 2)) < MATTERS for s, x in pairs):
+        return None
+    series = tuple(replace(s, data=s.data + x) for s, x in pairs)
+    if judge.fit(on(base.hypothesis, series), [base.theta]).bic > base.bic - ALARM:
+        return None
+    names = primary_outputs(model)
+    return replace(
+        case,
+        recordings=tuple(
+            replace(r, outputs={n: y + x[names.index(n)] if n in names else y for n, y in r.outputs.items()})
+            for r in case.recordings
+            for x in [_rounder(model, case, e, base.theta, r)]
+        ),
+    )
+
+
+def _following(model: Model) -> set[str]:
+    """Recorded motions of which the value before is taken."""
+    return {i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "previous"} - {model.axis}
+
+
+def _rounder(model: Model, case: Case, e: Experiment, theta: Array, r: Recording) -> Array:
+    """(outputs, n) of the base by straight ways between the samples of a recording, less those by cubics."""
+    (f,) = build_many([(model, e.layout.wrt)], ("values",))
+    k = next((k for k, s in enumerate(e.series) if s.name == r.name), 0)
+    known = {**e.constants, **r.constants, **dict(zip(e.layout.wrt, e.local(theta, k), strict=True))}
+    values = {p.name: known[p.name] for p in model.scalar_parameters if p.name in known}
+    whole, _ = complete_inputs(model, r.inputs, input_noise(model, case, r))
+    recorded = {n: whole[n] for n in r.inputs if n in whole}
+
+    def output(inputs: Mapping[str, Array]) -> Array:
+        exact, _ = complete_inputs(model, inputs, dict.fromkeys(_following(model), 0.0))
+        ready = f.prepare(**exact, **values)
+        return ready.values(ready.p[ready.function.free], "real")
+
+    t = recorded[model.axis]
+    fine = np.interp(np.arange(FINER * (len(t) - 1) + 1) / FINER, np.arange(len(t)), t)
+    between = {n: fine if n == model.axis else CubicSpline(t, x)(fine) for n, x in recorded.items()}
+    return output(recorded) - output(between)[:, ::FINER]
 
 
 def _driving(model: Model) -> set[str]:
