@@ -55,7 +55,7 @@ def test_inputs_between_samples_are_no_physics(straight: bool, tmp_path: Path) -
 
 @pytest.mark.parametrize("straight", [False, True])
 def test_motions_between_samples_are_no_physics(straight: bool, tmp_path: Path) -> None:
-    """A springpot by Grünwald and Letnikov's sum, 32 steps a sample; ten samples a cycle of the fastest wave."""
+    """A springpot by Grünwald and Letnikov's sum, 32 steps a sample; ten samples a cycle at the fastest."""
     rng, count, often, alpha = np.random.default_rng(5), 900, 32, 0.3
     n, fine = np.arange(count), np.arange(count * often) / often
     lines = np.sort(rng.uniform(0.3, 6.0, 16))
