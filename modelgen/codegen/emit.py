@@ -14,6 +14,7 @@ from modelgen.codegen.fused import normal, sumsq
 from modelgen.codegen.kernels import Region, Stages
 from modelgen.codegen.loops import (
     LANES,
+    MARCH,
     PADDED,
     SAYS,
     SIZES,
@@ -29,8 +30,8 @@ from modelgen.codegen.loops import (
     words,
 )  # fmt: skip
 from modelgen.codegen.program import Program, Root
-from modelgen.codegen.scan import TILE, over_time, scan_of
-from modelgen.codegen.tape import can_record
+from modelgen.codegen.scan import TILE, over_time
+from modelgen.codegen.tape import TAPE, can_record, is_tape
 from modelgen.files import cache_folder
 
 
@@ -98,9 +99,9 @@ def emit(
                 kernels.append(sumsq(stages, prefix, m))
             if "normal" in wanted:
                 kernels.append(normal(stages, prefix, m))
-    equations = tuple(
-        (s.name, program.step.equations[s.name][1] is not None) for s in program.model.statements
-    )
+    known = program.step.equations
+    names = [s.name for s in program.model.statements if s.name in known]
+    equations = tuple((n, known[n][1] is not None) for n in names)
     if "all" in wanted:
         kernels.append(_all(stages, prefix))
     roots = [_root(stages, r) for r in program.roots]
@@ -115,22 +116,21 @@ def emit(
         stages.measures,
         program.outputs,
         program.complex_outputs,
-        _tapes(stages),
+        _tapes(source),
     )
 
 
-def _tapes(stages: Stages) -> Literal["none", "some", "all"]:
-    scan = scan_of(stages) if stages.program.model.states else None
-    if not stages.taped or (stages.program.model.states and scan is None):
+def _tapes(text: str) -> Literal["none", "some", "all"]:
+    if TAPE not in text:
         return "none"
-    return "some" if scan is not None and scan.condition else "all"
+    return "some" if MARCH in text else "all"
 
 
 def _render(
     program: Program, stages: Stages, prefix: str, kernels: list[Kernel], roots: list[Any]
 ) -> tuple[str, str]:
     text = "\n".join([*(k.code for k in kernels), *(line for r in roots for line in r["body"])])
-    used = set(re.findall(r"\bmg_\w+", text))
+    used = {name for line in text.split("\n") if not is_tape(line) for name in re.findall(r"\bmg_\w+", line)}
     if {"mg_eddy_factor", "mg_eddy_deficit"} & used:
         used.add("mg_complex")
     for family in ("mg_dahl_step", "mg_bouc_wen_step"):

@@ -18,6 +18,7 @@ from modelgen.codegen.loops import (
     tiles,
 )
 from modelgen.codegen.scan import over_time, scan_of
+from modelgen.codegen.tape import TAPE
 
 WRITTEN = 24
 """With more columns the products of any two are loops: written out they keep the compiler for minutes."""
@@ -157,7 +158,7 @@ def _products_of_tile(stages: Stages, rows: Rows) -> list[str]:
         return _blocks(rows.many, _tiled(rows))
     words = [str(w) for m, t in rows.products for w in (m, len(t), *(x for pair in t for x in pair))]
     return [
-        f"static const unsigned short mg_terms[] = {{ {', '.join(words)} }};",
+        f"{TAPE} mg_terms[] = {{ {', '.join(words)} }};",
         f"mg_tape_products(count, {rows.many}, MG_TILE, row[0], {len(rows.products)}, mg_terms, sum[0]);",
     ]
 

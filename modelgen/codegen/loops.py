@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from modelgen.codegen.kernels import Region, Stages
 from modelgen.codegen.parts import advance
 from modelgen.codegen.real import Work
-from modelgen.codegen.tape import record
+from modelgen.codegen.tape import is_tape, record
 
 LANES = 8
 """Sums have this many parts, of every 8th sample, so that their order is the same on every machine."""
@@ -24,6 +24,8 @@ Stores = Callable[[Region], Stored]
 Lines = Callable[[Region], list[str]]
 """Given a region, the C that stores or sums its results."""
 
+MARCH = "for (size_t i = 1; i < n; ++i) {"
+"""How a loop begins that takes one sample after the other."""
 SIZES = "const size_t n, const size_t stride"
 
 SAYS = {"complex": "Re and Im", "modulus": "Modulus", "phase": "Phase in degrees", "real": "All real outputs"}
@@ -76,7 +78,9 @@ def make_kernel(
 
 def words(code: str) -> int:
     """How many numbers of arrays a sample takes and gives."""
-    return len(set(re.findall(r"\b(?:work|data|weight|out|jac|in)\[[^\n]*?\b[ik]\]", code)))
+    lines = (line for line in code.split("\n") if not is_tape(line))
+    found = (re.findall(r"\b(?:work|data|weight|out|jac|in)\[[^\n]*?\b[ik]\]", line) for line in lines)
+    return len({place for places in found for place in places})
 
 
 _VECTORISES = {
@@ -154,4 +158,4 @@ def marching(region: Region, lines: Lines) -> list[str]:
     """All samples after the first, one step each."""
     body = [*region.body, *lines(region)]
     body += advance(region.state_names, [region.text(at) for at in region.state_values])
-    return ["for (size_t i = 1; i < n; ++i) {", indent(body, 1), "}"]
+    return [MARCH, indent(body, 1), "}"]

@@ -11,6 +11,7 @@ from operator import or_
 from typing import Any, NamedTuple
 
 import casadi as ca
+from sympy import sympify
 
 from modelgen.codegen.algebra import FREE, SAMPLE
 from modelgen.codegen.derive import Chain, Residual
@@ -18,7 +19,7 @@ from modelgen.codegen.integrate import Slopes, rosenbrock, runge_kutta
 from modelgen.codegen.simplify import staged
 from modelgen.codegen.tosx import NONHOLOMORPHIC, Call, Translator
 from modelgen.errors import InputError
-from modelgen.language import Equation, Implicit, Model, State
+from modelgen.language import Equation, Implicit, Model, State, Statement
 from modelgen.language.quantities import ComplexParameter
 
 UNROLLED = 4
@@ -41,11 +42,14 @@ class Lowering:
     Where the step from sample to sample is a loop over its parts, states have come to its end before a later
     sample; with `part` one part is lowered instead, to which only states with a rate belong.
 
-    `values` maps every name to its SX; `tangent` gives derivatives by the directions of `columns`.
+    `values` maps every name to its SX; `tangent` gives derivatives by the directions of `columns`. brief: as
+    the equations are written, and only those that a fit needs.
     """
 
-    def __init__(self, model: Model, wrt: tuple[str, ...], first: bool, part: bool = False):
-        self.model, self.wrt, self.first = model, wrt, first
+    def __init__(
+        self, model: Model, wrt: tuple[str, ...], first: bool, part: bool = False, brief: bool = False
+    ) -> None:  # fmt: skip
+        self.model, self.wrt, self.first, self.brief = model, wrt, first, brief
         self.part = ca.SX.sym(PART) if part else None
         self.split_complex = _has_nonholomorphic(model)
         self.translator = Translator({}, set())
@@ -112,7 +116,7 @@ class Lowering:
             return
         elif rated and not parts_of(self.model):
             t.env |= self._integrated(rated)
-        for s in self.model.statements:
+        for s in fitted_statements(self.model) if self.brief else self.model.statements:
             if isinstance(s, Equation):
                 t.env[s.name] = t.sx(s.expr)
                 if t.is_complex(s.expr):
@@ -201,7 +205,7 @@ class Lowering:
         Derivatives go through the coefficients C that depend on parameters alone: ∂Z/∂C · dC/dθ.
         """
         exprs = [self.values[o] for o in outputs]
-        if self.model.states or not self.model.inputs:
+        if self.brief or self.model.states or not self.model.inputs:
             return exprs, self.tangent(exprs)
         short = staged(exprs, self._masks(), self.translator.j, nonzero(self.model))
         tangent = self.tangent(short.exprs)
@@ -233,6 +237,24 @@ def nonzero(model: Model) -> set[str]:
     found = {p.name for p in model.scalar_parameters if p.bounds[0] > 0 or p.bounds[1] < 0}
     pairs = (p for p in model.parameters if isinstance(p, ComplexParameter))
     return found | {p.name for p in pairs if {p.re.name, p.im.name} & found}
+
+
+def fitted_statements(model: Model) -> list[Statement]:
+    """What a fit needs: the primary outputs, all states, and what these depend on."""
+    wanted, found = {*primary_outputs(model), *(s.name for s in model.states)}, list[Statement]()
+    for s in reversed(model.statements):
+        if s.name in wanted:
+            found.append(s)
+            wanted |= {x.name for e in _expressions(s) for x in e.free_symbols}
+    return found[::-1]
+
+
+def _expressions(s: Statement) -> list[Any]:
+    if isinstance(s, Equation):
+        return [s.expr]
+    if isinstance(s, Implicit):
+        return [s.residual, *map(sympify, s.bracket)]
+    return [sympify(e) for e in (s.initial, s.update, s.rate) if e is not None]
 
 
 def _has_nonholomorphic(model: Model) -> bool:
@@ -268,15 +290,15 @@ class Lowered(NamedTuple):
     part: Lowering | None = None
 
 
-def lower(model: Model, wrt: tuple[str, ...]) -> Lowered:
+def lower(model: Model, wrt: tuple[str, ...], brief: bool = False) -> Lowered:
     """Lower `model`; which states depend on which directions by iterating the structure to a fixed point."""
     if not model.states:
-        return Lowered({}, Lowering(model, wrt, first=False))
+        return Lowered({}, Lowering(model, wrt, first=False, brief=brief))
     pattern: dict[str, set[int]] = {s.name: set() for s in model.states}
-    first = Lowering(model, wrt, first=True)
+    first = Lowering(model, wrt, first=True, brief=brief)
     _collect(pattern, first)
-    plain = Lowering(model, wrt, first=False)
-    apart = Lowering(model, wrt, first=False, part=True) if parts_of(model) else None
+    plain = Lowering(model, wrt, first=False, brief=brief)
+    apart = Lowering(model, wrt, first=False, part=True, brief=brief) if parts_of(model) else None
     while True:
         size = sum(map(len, pattern.values()))
         step, part = plain.along(pattern), apart and apart.along(pattern)

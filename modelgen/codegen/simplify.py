@@ -7,9 +7,9 @@ with equal factors cancelled. The paper's form stays what is shown; this one is 
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import reduce
+from functools import partial, reduce
 from operator import or_
 from typing import Any
 
@@ -86,25 +86,25 @@ class _Algebra:
         leaves = [self._leaf(s) for s in symbols]
         f = ca.Function("f", symbols, [ca.densify(ca.vertcat(*exprs))], {"live_variables": False})
         work: dict[int, Atom | Form] = {}
-        written: dict[int, Any] = {}
+        written = _Written({}, {})
         result: list[Atom | Form] = [Atom(ca.SX(0), 0)] * len(exprs)
         for k in range(f.n_instructions()):
             op, o, i = f.instruction_id(k), f.instruction_output(k), f.instruction_input(k)
             if op == ca.OP_CONST:
                 value = f.instruction_constant(k)
-                written[o[0]] = ca.SX(value)
-                work[o[0]] = Atom(written[o[0]], number_mark(value), 0, value != 0)
+                written.known[o[0]] = ca.SX(value)
+                work[o[0]] = Atom(written.known[o[0]], number_mark(value), 0, value != 0)
             elif op == ca.OP_INPUT:
-                written[o[0]], work[o[0]] = symbols[i[0]], leaves[i[0]]
+                written.known[o[0]], work[o[0]] = symbols[i[0]], leaves[i[0]]
             elif op == ca.OP_OUTPUT:
                 result[o[1]] = work[i[0]]
             else:
-                written[o[0]] = _operation(op, [written[a] for a in i])
-                work[o[0]] = self._apply(op, [work[a] for a in i], written[o[0]])
+                written.made[o[0]] = op, tuple(i)
+                work[o[0]] = self._apply(op, [work[a] for a in i], partial(written.of, o[0]))
         return result
 
     def _leaf(self, symbol: Any) -> Atom | Form:
-        if ca.is_equal(symbol, self.j):
+        if symbol.element_hash() == self.j.element_hash():
             return Atom(symbol, ROOT, 0, True)
         name = symbol.name()
         mark, mask = random_mark(name), self.masks.get(name, FREE | SAMPLE)
@@ -118,7 +118,7 @@ class _Algebra:
             self.factors.append(Factor(sx, mark))
         return (Term(ONE, ONE, ((at, 1),)),)
 
-    def _apply(self, op: int, args: list[Atom | Form], written: Any) -> Atom | Form:
+    def _apply(self, op: int, args: list[Atom | Form], written: Callable[[], Any]) -> Atom | Form:
         if op in (ca.OP_SUB, ca.OP_NEG):
             args = [*args[:-1], self.product(MINUS, args[-1])]
             op = ca.OP_ADD if len(args) == 2 else ca.OP_ASSIGN
@@ -136,14 +136,14 @@ class _Algebra:
             return self.product(args[0] if len(args) == 2 else ONE, self.inverse(args[-1]))
         return self._other(op, args, written)
 
-    def _other(self, op: int, args: list[Atom | Form], written: Any) -> Atom | Form:
+    def _other(self, op: int, args: list[Atom | Form], written: Callable[[], Any]) -> Atom | Form:
         """An operation that is no algebra: an atom, or a factor, with its argument as the paper has it.
 
         exp(a (1 - x)) multiplied out would lose digits where x is near 1.
         """
         mask = reduce(or_, (a.mask if isinstance(a, Atom) else FREE | SAMPLE for a in args))
         mark = random_mark(repr((op, [self._mark(a) for a in args])))
-        return Atom(written, mark, mask) if mask != FREE | SAMPLE else self._opaque(written, mark)
+        return Atom(written(), mark, mask) if mask != FREE | SAMPLE else self._opaque(written(), mark)
 
     # -- sums and products ---------------------------------------------------------------------------------
 
@@ -261,6 +261,26 @@ class _Algebra:
         if at not in self._inverse:
             self._inverse[at] = 1 / self._factor(at)
         return self._inverse[at]
+
+
+@dataclass
+class _Written:
+    """Expressions as they were first written, by place in CasADi's instruction list: few are asked for."""
+
+    known: dict[int, Any]
+    made: dict[int, tuple[int, tuple[int, ...]]]
+
+    def of(self, place: int) -> Any:
+        waiting = [place]
+        while waiting:
+            op, args = self.made[waiting[-1]]
+            missing = [a for a in args if a not in self.known]
+            if missing:
+                waiting += missing
+            else:
+                at = waiting.pop()
+                self.known[at] = _operation(op, [self.known[a] for a in args])
+        return self.known[place]
 
 
 def _operation(op: int, args: list[Any]) -> Any:

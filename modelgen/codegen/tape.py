@@ -56,6 +56,14 @@ def can_record(graph: Graph) -> bool:
     return all((n.data if n.op == "call" else n.op) in known for n in graph.nodes)
 
 
+TAPE = "static const unsigned short"
+
+
+def is_tape(line: str) -> bool:
+    """Whether a line of C is a table of numbers for the machine."""
+    return line.lstrip().startswith(TAPE)
+
+
 def record(region: Region, stored: Sequence[tuple[str, int | None]]) -> list[str]:
     """C that has the machine compute what is `stored` for `count` samples from `base` on."""
     tape = _Tape(region, stored)
@@ -63,7 +71,7 @@ def record(region: Region, stored: Sequence[tuple[str, int | None]]) -> list[str
     sizes = (len(tape.words), len(tape.places), tape.registers)
     return [
         "{",
-        f"    static const unsigned short mg_words[] = {{ {words} }};",
+        f"    {TAPE} mg_words[] = {{ {words} }};",
         f"    const double mg_numbers[] = {{ {', '.join(tape.numbers) or '0.0'} }};",
         f"    double *const mg_at[] = {{ {places} }};",
         "    mg_tape({}, mg_words, {}, mg_at, {}, mg_numbers, count);".format(*sizes),

@@ -119,9 +119,10 @@ def make_hypotheses(
         if len(layout.names) <= count:
             made.append((added, extended, layout, own_series))
     measures = sorted({s.measure for s in series})
-    # a base is searched for from afar; elsewhere the compiler's time is dear
+    # a base is searched for from afar; elsewhere the time to lower and compile is dear
     kernels = ("values", "jacobian", "sumsq", "normal") if sets == [()] else ("jacobian",)
-    functions = build_many([(m, layout.wrt) for _, m, layout, _ in made], kernels, measures)
+    models = [(m, layout.wrt) for _, m, layout, _ in made]
+    functions = build_many(models, kernels, measures, brief=sets != [()])
     constants = dict(case.constants)
     return [
         Hypothesis(added, Experiment(m, f, layout, own, constants))

@@ -80,7 +80,8 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
             by_id[other.id] = by_id.get(other.id, 0.0) + float(x)
             kin += float(y) if _akin(a, other) else 0.0
             if close(outcome, f):
-                for i in (other.id, *other.effect.alike):
+                told = other.effect.alike if f.parameters <= best.parameters else ()  # not of what holds it
+                for i in (other.id, *told):
                     tied[i] = min(tied.get(i, np.inf), f.bic)
         for i, f in others.get(a.key, ()):
             tied[i] = min(tied.get(i, np.inf), best.bic + _price(f, best))
