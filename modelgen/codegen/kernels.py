@@ -191,7 +191,8 @@ class Stages:
         for n in (*self.state_names, *self.sensitivity_names):
             printer.names[graph.input(n)] = printer.fresh(c_name(n.replace(" ", "_")))
         setup = self.parameters_in(printer, need, free=True)
-        given = {at: text for at, text in place.items() if at in set(need)}
+        needed = set(need)
+        given = {at: text for at, text in place.items() if at in needed}
         if self.batch:
             given = self._inputs(printer, need)
         inside = [a for a in need if masks[a] & (SAMPLE | STATE) and a not in given]

@@ -60,6 +60,8 @@ class Tile:
                 self.place.setdefault(update.args[0], f"-mg_x{k}[l + 1]")
         self.kept = self._kept()
         names = {at: name for c in self.chans for at, name in c.called.items()}
+        for x in self.states:  # what a state was at the sample before is told from what it becomes
+            names[self.graph.input(x.state)] = c_name(f"{x.state}_before".replace(" ", "_"))
         self.printer = Printer(self.graph, functions=BRANCHLESS, called=names)
         for name in (*self.stages.state_names, *self.stages.sensitivity_names):
             self.printer.taken.add(c_name(name.replace(" ", "_")))  # what the first sample leaves
@@ -128,17 +130,10 @@ class Tile:
         printer.names, printer.taken = dict(self.printer.names), set(self.printer.taken)
         slopes = [d for row in rows for d in row if d is not None]
         need = self.graph.needed_until([*values, *slopes], set(given))
-        for at in need:
-            self._before(printer, at)
-        loads = {at: text for at, text in given.items() if at in set(need)}
+        needed = set(need)
+        loads = {at: text for at, text in given.items() if at in needed}
         inside = tuple(a for a in need if self.masks[a] & LOOP and a not in given)
         return Region(printer, (), loads, inside, values, rows, (), (), work(self.graph, inside))
-
-    def _before(self, printer: Printer, at: int) -> None:
-        """What a state was at the sample before is told from what it becomes."""
-        node = self.graph.nodes[at]
-        if self.masks[at] & STATE and node.op == "in":
-            printer.called = {**printer.called, at: c_name(f"{node.data}_before".replace(" ", "_"))}
 
     @property
     def shape(self) -> tuple[Any, ...]:

@@ -85,8 +85,7 @@ def judge_adequacy(
         left = replace(left, gain=left.gain * min(1.0, after))  # what is allowed for tells no level
     if not setting.model.is_time_model and not best.hypothesis.added:
         left = left if left.gain > _gained_by_refused(setting, outcome) else replace(left, gain=0.0)
-    far = left.gain > LEFT or gross or outcome.judge.temper > 1.0
-    far = far or (many and not stated and _white(outcome) and after > FAR**2 * rough)
+    far = gross or _far(outcome, left, after, rough, stated or not many)
     floor = _floor(after, rough, sum(e.size for e in plain), stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
     unknown = _unexplained(outcome, left, gross, explained) and not _better_named(
@@ -172,9 +171,13 @@ def _beside(before: float, after: float) -> bool:
     return after > FITS**2 and before - after < PART * (before - 1)
 
 
-def _white(outcome: Outcome) -> bool:
-    """Whether hypotheses are judged by independent noise: its level is then that from sample to sample."""
-    return all(w.order == 0 and w.root is None for w in outcome.judge.whiteners)
+def _far(outcome: Outcome, left: Leftover, after: float, scatter: float, told: bool) -> bool:
+    """Whether what the best hypothesis leaves is more than noise: of a noise that is independent, and whose
+    level nobody has `told`, more than the scatter between neighbours."""
+    if left.gain > LEFT or outcome.judge.temper > 1.0:
+        return True
+    independent = all(w.order == 0 and w.root is None for w in outcome.judge.whiteners)
+    return not told and independent and after > FAR**2 * scatter
 
 
 def _smooth(setting: Setting, outcome: Outcome) -> bool:
