@@ -80,18 +80,15 @@ def judge_adequacy(
     rough = float(np.mean([scatter(s, x) ** 2 for s, e in pairs for x in e])) if many else 1.0
     stated = all(s.stated for s in setting.series)
     gross = many and not _smooth(setting, outcome) and _gross(setting, plain, stated, float(np.sqrt(rough)))
-    left = leftover(setting.model, outcome.judge, best, sensitivities)
-    if setting.model.is_time_model and any(s.whitener.root is not None for s in setting.series):
-        left = replace(left, gain=left.gain * min(1.0, after))  # what is allowed for tells no level
-    if not setting.model.is_time_model and not best.hypothesis.added:
-        left = left if left.gain > _gained_by_refused(setting, outcome) else replace(left, gain=0.0)
+    left = _left(setting, outcome, sensitivities, after)
     far = gross or _far(outcome, left, after, rough, stated or not many)
     floor = _floor(after, rough, sum(e.size for e in plain), stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
     unknown = _unexplained(outcome, left, gross, explained) and not _better_named(
         setting, outcome, sensitivities, explained, floor
     )
-    if stated and best.hypothesis.added and _smooth(setting, outcome) and _beside(before, after):
+    beside = stated and bool(best.ids) and _smooth(setting, outcome) and _beside(before, after)
+    if beside:
         unknown, floor = True, 1.0
     if not unknown and best.hypothesis.added and (part := reach(before, after, floor)) < 1.0:
         unknown = _nameless(setting, outcome, left, part)
@@ -114,18 +111,30 @@ def judge_adequacy(
         unknown, left = True, as_leftover(outcome, rival[0], rival[1] + LEFT)
     structured = other is not None or rival is not None or left.gain > LEFT
     notes += _far_notes(outcome, unknown, left, explained, np.sqrt(after / floor)) if far else ()
-    odds = float(np.exp(min(left.gain, 60.0) / 2 - 5.0)) if structured else 9.0
+    odds = float(np.exp(min(left.gain, 60.0) / 2 - 5.0)) if structured else 1.0 if beside else 9.0
     words = _noise_words(setting, outcome, after, stated)
     fit = rival[0] if rival is not None and other is None else None
     if fit is not None:  # what the description leaves, and not what it explains, is noise
         rest = mean_square(plain_white(fit))
         floor = min(floor, _floor(rest, rough, sum(e.size for e in plain), stated, False))
-    tied = None
+    tied = best if beside and not structured else None
     if rival is not None and fit is not None and best.hypothesis.added:
         odds = float(np.exp(min(rival[1], 60.0) / (2 * TEMPER)))
         tied = best if rival[1] < CLOSE else None
     probability = (1 - OUTSIDE) * odds / (1 + odds)
     return Gate(unknown, left, probability, floor, float(np.sqrt(floor)), words, notes, fit, tied)
+
+
+def _left(
+    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], after: float
+) -> Leftover:  # fmt: skip
+    """What is left of the best hypothesis, of mean square `after`, and with how much evidence."""
+    left = leftover(setting.model, outcome.judge, outcome.best, sensitivities)
+    if setting.model.is_time_model and any(s.whitener.root is not None for s in setting.series):
+        return replace(left, gain=left.gain * min(1.0, after))  # what is allowed for tells no level
+    if setting.model.is_time_model or outcome.best.ids:
+        return left
+    return left if left.gain > _gained_by_refused(setting, outcome) else replace(left, gain=0.0)
 
 
 def _nameless(setting: Setting, outcome: Outcome, left: Leftover, part: float) -> bool:
@@ -167,7 +176,7 @@ def _levelled(gate: Gate, terms: Fit) -> Gate:
 
 def _beside(before: float, after: float) -> bool:
     """Whether named effects explain the smaller part of what is beyond the stated noise, and a smooth error
-    that nobody stated the rest: more than their own law's, it is what they stand in for."""
+    that nobody stated the rest: as well it may be what they stand in for."""
     return after > FITS**2 and before - after < PART * (before - 1)
 
 
