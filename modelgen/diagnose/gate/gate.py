@@ -99,10 +99,10 @@ def judge_adequacy(
         floor = min(floor, quiet) if setting.model.is_time_model else floor
     rival = None if whole is not None else outdone(setting, outcome)
     other = None if unknown else _imitated(setting, outcome, sensitivities) or narrow(outcome)
-    notes: tuple[str, ...] = ()
+    notes = _beside_note(outcome, after) if beside else ()
     if other is None and oddity is not None and not unknown:
         if best.hypothesis.added:
-            notes = (oddity.says,)
+            notes += (oddity.says,)
         else:
             other = oddity
     if other is not None:
@@ -178,6 +178,12 @@ def _beside(before: float, after: float) -> bool:
     """Whether named effects explain the smaller part of what is beyond the stated noise, and a smooth error
     that nobody stated the rest: as well it may be what they stand in for."""
     return after > FITS**2 and before - after < PART * (before - 1)
+
+
+def _beside_note(outcome: Outcome, after: float) -> tuple[str, ...]:
+    error = "a smooth error of the instrument that nobody stated"
+    names = " and ".join(outcome.best.ids)
+    return (f"{names} would do beside {error}, {np.sqrt(after):.1f} times the noise",)
 
 
 def _far(outcome: Outcome, left: Leftover, after: float, scatter: float, told: bool) -> bool:
