@@ -29,8 +29,8 @@ def _positive(x: Any) -> Any:
 
 def _power_stop(side: int, damped: bool = False) -> Effect:
     """F = ±P (x/1 unit)^m, x the way beyond the contact; damped: (P + D v) in the place of P."""
-    end = ("upper" if side > 0 else "lower") + ("_damped" if damped else "")
-    stop = _stop(side)
+    where = "upper" if side > 0 else "lower"
+    end, stop = where + ("_damped" if damped else ""), _stop(side)
 
     def apply(model: Model, port: Port, p: Values) -> Model:
         unit = Parameter(
@@ -45,8 +45,7 @@ def _power_stop(side: int, damped: bool = False) -> Effect:
     loss = (Strength(f"D_{end}", "{port}/{v}", text="force over speed at unit way beyond the contact"),)
     return replace(
         stop,
-        says=stop.says.split(" a stop ")[0]
-        + f" a round or soft stop at the {'upper' if side > 0 else 'lower'} "
+        says=stop.says.split(" a stop ")[0] + f" a round or soft stop at the {where} "
         "end comes into contact: its force grows with a power of the way beyond"
         + (", and with speed" if damped else ""),
         source="K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440"
