@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import ctypes
+import errno
 import os
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +16,9 @@ import pytest
 
 import modelgen.models as models
 from modelgen.codegen import build, generate
+from modelgen.codegen.compiler import QUICK, compile_library
 from modelgen.codegen.ctext import comment
-from modelgen.errors import InputError
+from modelgen.errors import InputError, ToolError
 from modelgen.export import export
 from modelgen.language import Equation, Input, Model, Parameter, State, exp, previous
 
@@ -78,6 +81,25 @@ LIBC = (
     "theta", "r_next", "mg_max", "sin", "b", "b_", "exp_", "INFINITY", "MG_LANES", "restrict", "inline",
     "size_t", "solve_y", "d_r_0", "time", "linux",
 )  # fmt: skip
+
+
+def test_a_compiler_that_does_not_start_just_now_is_started_again(tmp_path: Path, monkeypatch) -> None:
+    """A machine that is short of memory for a moment refuses a new process; a missing one stays missing."""
+    monkeypatch.setenv("MODELGEN_CACHE", str(tmp_path))
+    refused, run = iter([errno.EFAULT, errno.EAGAIN, errno.ENOMEM]), subprocess.run
+
+    def busy(*arguments, **options):
+        for number in refused:
+            raise OSError(number, os.strerror(number))
+        return run(*arguments, **options)
+
+    monkeypatch.setattr(subprocess, "run", busy)
+    monkeypatch.setattr(time, "sleep", lambda _: None)
+    library = ctypes.CDLL(str(compile_library({"one.c": "int one(void) { return 1; }\n"}, QUICK)))
+    assert library.one() == 1
+    refused = iter([errno.ENOENT])
+    with pytest.raises(ToolError, match="No such file"):
+        compile_library({"two.c": "int two(void) { return 2; }\n"}, QUICK)
 
 
 def test_names_of_a_model_take_nothing_over() -> None:

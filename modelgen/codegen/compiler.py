@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import platform
@@ -10,6 +11,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
@@ -118,6 +120,22 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_LOCKS.clear)  # a child has no thread that would open them
 
 
+_PASSING = (errno.EAGAIN, errno.ENOMEM, errno.EFAULT)
+"""What starting a program says on a machine that is short of memory or processes for a moment."""
+
+
+def _run(command: list[str], folder: str, env: dict[str, str] | None) -> subprocess.CompletedProcess[str]:
+    """Run `command` in `folder`; where the machine can't start it just now, again a little later."""
+    for pause in (0.1, 0.3, 1.0, 3.0, 6.0):
+        try:
+            return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=env, check=False)
+        except OSError as why:
+            if why.errno not in _PASSING:
+                raise
+            time.sleep(pause)
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=env, check=False)
+
+
 def _compiled(compiler: Compiler, files: dict[str, str], level: tuple[str, ...], target: Path) -> Path:
     try:
         folder = tempfile.mkdtemp(prefix="build-", dir=cache_folder())
@@ -131,7 +149,7 @@ def _compiled(compiler: Compiler, files: dict[str, str], level: tuple[str, ...],
                 if compiler.name == "zig"
                 else None
             )
-            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=env, check=False)
+            done = _run(command, folder, env)
             if done.returncode != 0:
                 first = next((x for x in done.stderr.splitlines() if "error" in x), done.stderr.strip()[:200])
                 raise ToolError(
