@@ -12,7 +12,7 @@ import numpy as np
 
 from modelgen.diagnose.account.disagreement import disagreement_note
 from modelgen.diagnose.account.extended import extended
-from modelgen.diagnose.account.holdout import look_at_holdout
+from modelgen.diagnose.account.holdout import carries_over, look_at_holdout
 from modelgen.diagnose.account.locate import locate
 from modelgen.diagnose.account.show import port_curve, port_sensitivities, traces
 from modelgen.diagnose.account.words import blind_note, bound_note, enough, holdout_note, summary
@@ -65,7 +65,9 @@ def conclude(
     held = look_at_holdout(setting, outcome, best, gate.scale)
     base_estimates = parameters(outcome.judge, outcome.base)
     after_estimates = parameters(outcome.judge, best) if gate.unknown else averaged(outcome, best)
-    findings = _findings(setting, outcome, decided.standing, after_estimates, gate)
+    doubted = bool(decided.standing) and not carries_over(held)
+    standing = _halved(decided.standing) if doubted else decided.standing
+    findings = _findings(setting, outcome, standing, after_estimates, gate)
     port = findings[0].port if findings else "model"
     shown = traces(setting, outcome.base, best, marks, held, gate.scale)
     law, path = extended(setting, best, after_estimates, out)
@@ -90,7 +92,7 @@ def conclude(
         notes=(
             *notes, *gate.notes, *decided.vague, *disagreement_note(setting, outcome, best, gate.scale),
             *bound_note(setting, outcome.base),
-            *blind_note(setting, outcome), *held.notes, *holdout_note(held),
+            *blind_note(setting, outcome), *held.notes, *holdout_note(held, doubted),
         ),
         noise=gate.noise,
         law=law,
@@ -119,6 +121,11 @@ def _decide(
         outcome, standing, vague = likely(setting, outcome, standing)
     standing = _as_far_as_it_reaches(outcome, gate, standing)
     return Decision(setting, outcome, gate, moderated(outcome.judge, outcome.best), standing, vague)
+
+
+def _halved(standing: Sequence[Standing]) -> tuple[Standing, ...]:
+    """Names whose effects explain little but the recordings that they were fitted to."""
+    return tuple(replace(x, probability=x.probability / 2) for x in standing)
 
 
 def _as_far_as_it_reaches(

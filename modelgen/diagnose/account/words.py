@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from modelgen.diagnose.account.holdout import Held
+from modelgen.diagnose.account.holdout import Held, taken
 from modelgen.diagnose.gate.gate import Gate
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.refit import Fit
@@ -81,15 +81,23 @@ WORSE = 9.0
 """Three standard deviations: so much worse does the hold-out's χ² by chance alone not get."""
 
 
-def holdout_note(held: Held) -> tuple[str, ...]:
+def holdout_note(held: Held, doubted: bool) -> tuple[str, ...]:
     """Whether the named effects predict the held-out recordings worse than the model without them, or than
-    what they leave of the fitted ones and what is uncertain of their parameters foresee."""
+    what they leave of the fitted ones and what is uncertain of their parameters foresee; `doubted` where they
+    explain little of them."""
     before, after = held.before.holdout_over_noise, held.after.holdout_over_noise
     count = sum(s.data.size for s in held.series)
     if count and count * (after**2 - before**2) > WORSE:
+        sure = ", and is half as sure" if doubted else ""
         return (
-            f"beyond what was fitted the claim is not to be trusted: it misses the held-out recordings by "
-            f"{after:.3g} times the noise, the model without it by {before:.3g}",
+            f"beyond what was fitted the claim is not to be trusted{sure}: it misses the held-out recordings "
+            f"by {after:.3g} times the noise, the model without it by {before:.3g}",
+        )
+    if doubted:
+        return (
+            f"the claim is half as sure, as it explains little but what was fitted: of what the model misses "
+            f"there it takes away {taken(held.before.fit_over_noise, held.after.fit_over_noise):.0%}, of the "
+            f"held-out recordings {taken(before, after):.0%}",
         )
     if not after > MISSED * _foreseen(held) or after == before:
         return ()
