@@ -6,6 +6,7 @@ import gc
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
@@ -24,7 +25,7 @@ from modelgen.diagnose.noise.glitches import laid_open, rather, uncovered
 from modelgen.diagnose.noise.history import unrested
 from modelgen.diagnose.noise.noise import marked
 from modelgen.diagnose.noise.resolved import unresolved
-from modelgen.diagnose.noise.thin import thin
+from modelgen.diagnose.noise.thin import Thinned, thin, unblurred
 from modelgen.diagnose.own_effects import check_effects, unused
 from modelgen.diagnose.search.search import search
 from modelgen.diagnose.verdict import Verdict
@@ -86,13 +87,18 @@ def _diagnosed(
     begun = time.perf_counter()
     if progress:
         progress(0.02, "reading")
-    case, notes = thin(model, case)
-    case, ground, smooth = _prepared(model, case, seed)
+    thinned = thin(model, case)
+    case, ground, smooth = _prepared(model, thinned, seed)
     seen = (*unresolved(model, ground.series), *mirrored(model, case, ground.base, seed))
-    notes = (*notes, *unknown_kinds(model, own), *seen, *smooth)
+    notes = (*thinned.notes, *unknown_kinds(model, own), *seen, *smooth)
     if progress:
         progress(0.15, "base fitted")
     ground, setting, outcome = _searched(model, case, ground, catalogue, seed, progress)
+    sharp = None if smooth else unblurred(thinned, outcome.best, outcome.judge)
+    if sharp is not None:
+        case, ground = sharp, prepare(model, sharp, seed)
+        ground, setting, outcome = _searched(model, case, ground, catalogue, seed, progress)
+    setting = replace(setting, averaged=thinned.finer is not None)
     if progress:
         progress(0.9, "deciding")
     turned = opposed(model, case, ground.base, outcome.best, seed)
@@ -101,10 +107,16 @@ def _diagnosed(
     return conclude(setting, notes, ground.marks, ground.oddity, outcome, out, begun)
 
 
-def _prepared(model: Model, case: Case, seed: int) -> tuple[Case, Ground, tuple[str, ...]]:
+def _prepared(model: Model, thinned: Thinned, seed: int) -> tuple[Case, Ground, tuple[str, ...]]:
     """The case with inputs that ran as the base says they did between their samples, and with a past of its
     memory; its ground, and a note where they ran smoothly or the sample had not rested."""
-    ground, notes = prepare(model, case, seed), []
+    case, notes = thinned.case, []
+    ground = prepare(model, case, seed)
+    for _ in range(BLURRED):
+        sharp = unblurred(thinned, ground.base, ground.judge)
+        if sharp is None:
+            break
+        case, ground = sharp, prepare(model, sharp, seed)
     for ask, note in ((smoothly_driven, SMOOTH), (smoothly_moved, ROUND), (unrested, UNRESTED)):
         other = ask(model, case, ground.base, ground.judge)
         if other is not None:
@@ -113,6 +125,8 @@ def _prepared(model: Model, case: Case, seed: int) -> tuple[Case, Ground, tuple[
     return case, ground, tuple(notes)
 
 
+BLURRED = 2
+"""Times that what averaging does to the base is told from a base that is fitted anew."""
 SMOOTH = "inputs ran smoothly between their samples: with straight lines the base fits far worse"
 ROUND = (
     "the motion ran smoothly between its samples: what straight ways make of the model's memory is taken off "
@@ -177,7 +191,6 @@ def outcome_of(
 ) -> tuple[Setting, Outcome]:
     """Setting and outcome without a verdict, for studies of the search itself."""
     model = whole(model)
-    case, _ = thin(model, case)
-    case, ground, _ = _prepared(model, case, seed)
+    case, ground, _ = _prepared(model, thin(model, case), seed)
     _, setting, outcome = _searched(model, case, ground, catalogue, seed)
     return setting, outcome

@@ -121,7 +121,8 @@ def _foreseen(held: Held) -> float:
 def _but(setting: Setting, held: Held, gate: Gate) -> str:
     """What is odd all the same: a stated noise that is wrong by far, a hold-out that is missed."""
     odd = ""
-    if all(s.stated for s in setting.series) and not 0.5 < gate.scale < 2.0:
+    stated = all(s.stated for s in setting.series) and not setting.averaged
+    if stated and not 0.5 < gate.scale < 2.0:
         odd += f" That is {gate.scale:.2g} times the noise that is stated."
     if (out := held.after.holdout_over_noise or 0.0) > MISSED * _foreseen(held):
         odd += (

@@ -34,13 +34,18 @@ Progress = Callable[[float, str], None] | None
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """What a search works on. others: θ of further optima of the base, which may be nearer to the truth."""
+    """What a search works on.
+
+    others: θ of further optima of the base, which may be nearer to the truth. averaged: whether samples are
+    averages of blocks, in which a noise that is stated of each counts as independent.
+    """
 
     model: Model
     case: Case
     series: tuple[Series, ...]
     additions: tuple[Addition, ...]
     others: tuple[Array, ...] = ()
+    averaged: bool = False
     beam: int = 3
     refits: int = 12
     pairs: int = 5

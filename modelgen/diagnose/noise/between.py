@@ -56,24 +56,22 @@ def smoothly_moved(model: Model, case: Case, base: Fit, judge: Judge) -> Case | 
     e = base.hypothesis.experiment
     if not _following(model) or _driving(model):
         return None
-    more = [
-        _rounder(model, case, e, base.theta, r)[list(s.rows)] for r, s in zip(case.fit, e.series, strict=True)
-    ]
+    more = [_rounder(case, e, base.theta, r)[list(s.rows)] for r, s in zip(case.fit, e.series, strict=True)]
     pairs = list(zip(e.series, more, strict=True))
     if all(np.sqrt(np.mean((x * s.whitener.weight) ** 2)) < MATTERS for s, x in pairs):
         return None
     series = tuple(replace(s, data=s.data + x) for s, x in pairs)
     if judge.fit(on(base.hypothesis, series), [base.theta]).bic > base.bic - ALARM:
         return None
-    names = primary_outputs(model)
-    return replace(
-        case,
-        recordings=tuple(
-            replace(r, outputs={n: y + x[names.index(n)] if n in names else y for n, y in r.outputs.items()})
-            for r in case.recordings
-            for x in [_rounder(model, case, e, base.theta, r)]
-        ),
-    )
+    rounder = [_rounder(case, e, base.theta, r) for r in case.recordings]
+    less_so = [less(model, r, -x) for r, x in zip(case.recordings, rounder, strict=True)]
+    return replace(case, recordings=tuple(less_so))
+
+
+def less(model: Model, r: Recording, part: Array) -> Recording:
+    """A recording without a `part` of its outputs, (outputs, n)."""
+    at = {n: k for k, n in enumerate(primary_outputs(model))}
+    return replace(r, outputs={n: y - part[at[n]] if n in at else y for n, y in r.outputs.items()})
 
 
 def _following(model: Model) -> set[str]:
@@ -81,24 +79,33 @@ def _following(model: Model) -> set[str]:
     return {i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "previous"} - {model.axis}
 
 
-def _rounder(model: Model, case: Case, e: Experiment, theta: Array, r: Recording) -> Array:
+def _rounder(case: Case, e: Experiment, theta: Array, r: Recording) -> Array:
     """(outputs, n) of the base by straight ways between the samples of a recording, less those by cubics."""
-    (f,) = build_many([(model, e.layout.wrt)], ("values",))
-    k = next((k for k, s in enumerate(e.series) if s.name == r.name), 0)
-    known = {**e.constants, **r.constants, **dict(zip(e.layout.wrt, e.local(theta, k), strict=True))}
-    values = {p.name: known[p.name] for p in model.scalar_parameters if p.name in known}
+    model = e.model
     whole, _ = complete_inputs(model, r.inputs, input_noise(model, case, r))
     recorded = {n: whole[n] for n in r.inputs if n in whole}
-
-    def output(inputs: Mapping[str, Array]) -> Array:
-        exact, _ = complete_inputs(model, inputs, dict.fromkeys(_following(model), 0.0))
-        ready = f.prepare(**exact, **values)
-        return ready.values(ready.p[ready.function.free], "real")
-
     t = recorded[model.axis]
     fine = np.interp(np.arange(FINER * (len(t) - 1) + 1) / FINER, np.arange(len(t)), t)
     between = {n: fine if n == model.axis else CubicSpline(t, x)(fine) for n, x in recorded.items()}
-    return output(recorded) - output(between)[:, ::FINER]
+    exact = dict.fromkeys(_following(model), 0.0)
+    straight, smooth = (
+        _outputs(e, theta, r, complete_inputs(model, inputs, exact)[0]) for inputs in (recorded, between)
+    )
+    return straight - smooth[:, ::FINER]
+
+
+def outputs_of(case: Case, e: Experiment, theta: Array, r: Recording) -> Array:
+    """(outputs, n) of a model on a recording of `case`, with what is fitted in the one of its name."""
+    return _outputs(e, theta, r, complete_inputs(e.model, r.inputs, input_noise(e.model, case, r))[0])
+
+
+def _outputs(e: Experiment, theta: Array, r: Recording, inputs: Mapping[str, Array]) -> Array:
+    (f,) = build_many([(e.model, e.layout.wrt)], ("values",))
+    k = next((k for k, s in enumerate(e.series) if s.name == r.name), 0)
+    known = {**e.constants, **r.constants, **dict(zip(e.layout.wrt, e.local(theta, k), strict=True))}
+    there = {p.name: known[p.name] for p in e.model.scalar_parameters if p.name in known}
+    ready = f.prepare(**inputs, **there)
+    return ready.values(ready.p[ready.function.free], "real")
 
 
 def _driving(model: Model) -> set[str]:

@@ -10,7 +10,7 @@ other is there (D. R. Cox, J. R. Stat. Soc. B 24 (1962) 406: each in turn is the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -32,7 +32,10 @@ NOTICED = 0.95, 0.01
 """Errors of motion matter where they leave less than this share of a sample's weight, at that share of the
 samples."""
 
-Replicas = Sequence[Sequence[Series]]
+SETTLED = 10.0
+"""χ² by which a rival that is there must lead to have had a fair trial."""
+
+Replica = Sequence[Series]
 
 
 def motion_matters(series: Sequence[Series]) -> bool:
@@ -101,18 +104,26 @@ def undeserved(judge: Judge, parent: Fit, child: Fit, series: Sequence[Series]) 
     return max(0.0, old.bic - new.bic)
 
 
-def unfair(judge: Judge, best: Fit, rival: Fit, if_best: Replicas, if_rival: Replicas) -> float:
+def unfair(
+    judge: Judge, best: Fit, rival: Fit, if_best: Iterable[Replica], if_rival: Iterable[Replica]
+) -> float:
     """What `best` leads in BIC because errors of the motion suit it, be the `rival` there or not; 0 or more.
 
-    if_best, if_rival: replicas in which the one or the other is the truth. Where `best` clearly leads
-    although the rival is there, its lead says no more than how likely it is with either truth (Student's t).
+    if_best, if_rival: replicas in which the one or the other is the truth, made as they are asked for. Where
+    `best` clearly leads although the rival is there, its lead says no more than how likely it is with either
+    truth (Student's t); a replica in which the rival is there and clearly leads settles it.
     """
 
-    def lead(series: Sequence[Series]) -> float:
+    def lead(series: Replica) -> float:
         return _ahead(judge, *(judge.fit(on(f.hypothesis, series), [f.theta]) for f in (best, rival)))
 
+    theirs: list[float] = []
+    for series in if_rival:
+        theirs.append(lead(series))
+        if theirs[-1] < -SETTLED:
+            return 0.0
     here = _ahead(judge, best, rival)
-    leads = [np.array([lead(series) for series in made]) for made in (if_best, if_rival)]
+    leads = [np.array([lead(series) for series in if_best]), np.array(theirs)]
     means, count = [float(x.mean()) for x in leads], sum(x.size for x in leads)
     variance = sum(float(np.sum((x - m) ** 2)) for x, m in zip(leads, means, strict=True)) / (count - 2)
     variance = max(variance, 2 * abs(means[0] - means[1]))  # at least that of a ratio of likelihoods

@@ -2,28 +2,75 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from modelgen.fit.series import Array
+from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.hypotheses.setting import ALARM
+from modelgen.diagnose.noise.between import MATTERS, less, outputs_of
+from modelgen.diagnose.noise.replica import on
+from modelgen.fit.series import Array, make_series
 from modelgen.language import Model
 from modelgen.recordings import Case, Noise, Recording
 
 MOST = 24_000
 """Samples over all recordings that a diagnosis works on."""
+FINER = 16
+"""Times as many on which it is seen what averaging does to the model."""
 
 
-def thin(model: Model, case: Case) -> tuple[Case, tuple[str, ...]]:
+@dataclass(frozen=True)
+class Thinned:
+    """The case to work on, and, where its records are averaged over blocks, what they are the averages of:
+    the same with up to FINER times, `block` times as many samples."""
+
+    case: Case
+    finer: Case | None = None
+    block: int = 1
+    notes: tuple[str, ...] = ()
+
+
+def thin(model: Model, case: Case) -> Thinned:
     """The case with records of time models averaged over blocks, when they hold more than MOST samples in
     all."""
     fit = sum(r.n for r in case.fit)
     if not model.is_time_model or fit <= MOST:
-        return case, ()
-    block = -(-fit // MOST)
+        return Thinned(case)
+    first = -(-fit // (FINER * MOST))
+    finer = _blocks(case, first)
+    block = -(-sum(r.n for r in finer.fit) // MOST)
+    note = (
+        f"{fit} samples were averaged in blocks of {first * block}; what happens faster than that is not "
+        "judged"
+    )
+    return Thinned(_blocks(finer, block), finer, block, (note,))
+
+
+def unblurred(thinned: Thinned, fit: Fit, judge: Judge) -> Case | None:
+    """The case without what averaging over blocks makes of the model of `fit`, whose mean output is not that
+    of the mean motion where it bends within a block; None where it does not fit far better so."""
+    if thinned.finer is None:
+        return None
+    e, case = fit.hypothesis.experiment, thinned.case
+    sharp = []
+    for fine, r in zip(thinned.finer.recordings, case.recordings, strict=True):
+        exact = outputs_of(thinned.finer, e, fit.theta, fine)
+        exact = exact if fine.n == r.n else _mean(exact, thinned.block)
+        sharp.append(less(e.model, r, exact - outputs_of(case, e, fit.theta, r)))
+    found = replace(case, recordings=tuple(sharp))
+    series = tuple(
+        replace(s, data=make_series(e.model, found, r).data) for s, r in zip(e.series, found.fit, strict=True)
+    )
+    moved = [(a.data - b.data) * a.whitener.weight for a, b in zip(series, e.series, strict=True)]
+    if all(np.sqrt(np.mean(x**2)) < MATTERS for x in moved):
+        return None
+    return found if judge.fit(on(fit.hypothesis, series), [fit.theta]).bic < fit.bic - ALARM else None
+
+
+def _blocks(case: Case, block: int) -> Case:
     records = tuple(_averaged(r, block) for r in case.recordings)
-    note = f"{fit} samples were averaged in blocks of {block}; what happens faster than that is not judged"
-    return replace(case, recordings=records, noise=_quieter(case.noise, block)), (note,)
+    return replace(case, recordings=records, noise=_quieter(case.noise, block))
 
 
 def _quieter(noise: Noise, block: int) -> Noise:
@@ -31,15 +78,17 @@ def _quieter(noise: Noise, block: int) -> Noise:
 
 
 def _averaged(r: Recording, block: int) -> Recording:
-    def mean(x: Array) -> Array:
-        whole = len(x) // block * block
-        return np.asarray(x[:whole].reshape(-1, block).mean(axis=1))
-
     if r.n < 4 * block:
         return r
     return replace(
         r,
-        inputs={k: mean(x) for k, x in r.inputs.items()},
-        outputs={k: mean(x) for k, x in r.outputs.items()},
+        inputs={k: _mean(x, block) for k, x in r.inputs.items()},
+        outputs={k: _mean(x, block) for k, x in r.outputs.items()},
         noise=_quieter(r.noise, block),
     )
+
+
+def _mean(x: Array, block: int) -> Array:
+    """Means over blocks along the last axis; what is left over at the end is left out."""
+    whole = x.shape[-1] // block * block
+    return np.asarray(x[..., :whole].reshape(*x.shape[:-1], -1, block).mean(axis=-1))

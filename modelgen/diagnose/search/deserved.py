@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache, partial
 
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import CLOSE, Setting
@@ -49,13 +50,14 @@ def among_rivals(s: Setting, judge: Judge, best: Fit, tried: Sequence[Fit]) -> J
     if not rivals:
         return judge
 
-    def made(f: Fit) -> list[tuple[Series, ...]]:
-        return [replicas(s.model, s.case, f, judge.whiteners, seed) for seed in range(TIMES)]
+    @cache
+    def made(f: Fit, seed: int) -> tuple[Series, ...]:
+        return replicas(s.model, s.case, f, judge.whiteners, seed)
 
-    if_best = made(best)
     excess = dict(judge.excess)
     for rival in rivals:
-        lead = unfair(judge, best, rival, if_best, made(rival))
+        if_best, if_rival = (map(partial(made, f), range(TIMES)) for f in (best, rival))
+        lead = unfair(judge, best, rival, if_best, if_rival)
         for f in tried:  # what holds the rival is as much better
             if lead and rival.hypothesis.key <= f.hypothesis.key:
                 excess[f.hypothesis.key] = excess.get(f.hypothesis.key, 0.0) - lead
