@@ -22,9 +22,10 @@ from modelgen.diagnose.gate.tables import together
 from modelgen.diagnose.hypotheses.evidence import Level, effective, profiled, settled
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import COLOUR_SWEEP, COLOUR_TIME
+from modelgen.diagnose.noise.slow import gain_in_slow_noise
 from modelgen.diagnose.search.screen import Tangent
 from modelgen.fit.colour import coloured
-from modelgen.fit.whitener import Array
+from modelgen.fit.whitener import Array, Whitener
 from modelgen.language import Model
 
 
@@ -93,7 +94,7 @@ def _in_frequency(
     axis = e.model.axis
     f = np.concatenate([s.inputs[axis] for s in e.series])
     n = effective(fit.white)
-    before = cache(lambda: _coloured(judge, fit.white, COLOUR_SWEEP))
+    before = cache(lambda: _noise(judge, fit.white, COLOUR_SWEEP)[0])
     found = []
     for port, slope in sensitivities.items():
         atoms, places = _resonances(f)
@@ -113,7 +114,7 @@ def _in_frequency(
             price = 2.0 * count * np.log(len(places))
             gain, chi2, left = gain_of(tangent, columns[:, chosen], n, price)
             if gain > max(best.gain, CHECKED):  # coloured noise has peaks, too
-                own = before() - _coloured(judge, _parted(left, fit.white), COLOUR_SWEEP)
+                own = before() - _noise(judge, _parted(left, fit.white), COLOUR_SWEEP)[0]
                 gain = min(gain, own - len(chosen) * float(np.log(n)) - price)
             if gain > best.gain:
                 at = tuple(places[c // 2] for c in chosen[::2])
@@ -165,7 +166,7 @@ def _in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
     moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), "")
     names = model.derived_from(moved)
     found = [line(model, fit, n)]
-    before = cache(lambda: _coloured(plain, fit.white, COLOUR_TIME))
+    before = cache(lambda: _noise(plain, fit.white, COLOUR_TIME))
     if not moved:
         for at, group, words, felt in felt_terms(fit, plain):
             best = _best_of(tangent, felt, plain, fit.white, before, at.name, words, group)
@@ -198,7 +199,7 @@ def _of_wave(best: Leftover, z: Sequence[Array]) -> Leftover:
     return replace(best, terms=(WAVE, wave_number(best.terms[1], z)))
 
 
-def _felt_waves(fit: Fit, plain: Judge, tangent: Tangent, before: Callable[[], float]) -> list[Leftover]:
+def _felt_waves(fit: Fit, plain: Judge, tangent: Tangent, before: Callable[[], Noise]) -> list[Leftover]:
     """The best wave over the position at each port that knows it, where it is not recorded."""
     found = []
     for at, z, columns in felt_waves(fit, plain):
@@ -218,7 +219,7 @@ def _best_of(
     columns: Array,
     judge: Judge,
     white: Sequence[Array],
-    before: Callable[[], float],
+    before: Callable[[], Noise],
     port: str,
     says: str,
     group: str,
@@ -233,7 +234,9 @@ def _best_of(
     best = max(range(len(tried)), key=lambda k: tried[k][0])
     gain, chi2, rest, count = tried[best]
     if gain > CHECKED:
-        alone = before() - _coloured(judge, _parted(rest, white), COLOUR_TIME)
+        left, (price_before, old) = _parted(rest, white), before()
+        price_after, new = _noise(judge, left, COLOUR_TIME)
+        alone = min(price_before - price_after, gain_in_slow_noise(old, white, new, left))
         gain = min(gain, alone - count * float(np.log(n)) - price)
     return Leftover(float(gain), chi2, port, says, (group, best))
 
@@ -250,14 +253,19 @@ def _own(prior: Sequence[Level], white: Sequence[Array]) -> Array | None:
     return np.concatenate([x.ravel() for x in shares])
 
 
-def _coloured(judge: Judge, residuals: Sequence[Array], order: int) -> float:
-    """−2 ln of the likelihood of `residuals`, each with a colour of its own, up to `order`."""
-    total = 0.0
+Noise = tuple[float, list[Whitener]]
+"""−2 ln of the likelihood of residuals, and whiteners of the colours by which it is that."""
+
+
+def _noise(judge: Judge, residuals: Sequence[Array], order: int) -> Noise:
+    """The likeliest noise of `residuals`, each with a colour of its own, up to `order`."""
+    price, found = 0.0, []
     for w, p, e in zip(judge.whiteners, judge.prior, residuals, strict=True):
         own = coloured([replace(w, ar=None)], [e], order, slow=order == COLOUR_TIME)[0]
         square = own.colour(e) ** 2 * (e != 0)
-        total += profiled(square, p.own) + own.order * float(np.log(max(int(np.count_nonzero(e)), 2)))
-    return total
+        price += profiled(square, p.own) + own.order * float(np.log(max(int(np.count_nonzero(e)), 2)))
+        found.append(own)
+    return price, found
 
 
 def _parted(joined: Array, like: Sequence[Array]) -> list[Array]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -15,6 +15,7 @@ from modelgen.diagnose.noise.noise import FITS, correlation_length, first_order,
 from modelgen.diagnose.noise.one_instrument import colours
 from modelgen.diagnose.noise.smooth_error import SIZES, quietness, smooth_error
 from modelgen.fit.series import Array
+from modelgen.fit.whitener import Whitener
 
 GROSS_STATED, GROSS_ESTIMATED = 3.0, 8.0
 """A residual this many times the noise (stated, or in bursts; scatter between neighbours) is a wrong model's,
@@ -152,9 +153,22 @@ def near_smooth(s: Setting, judge: Judge, best: Fit, white: Sequence[Array]) -> 
     return largest < SIZES[-1] and smooth_error(judge, best)[2] is not None
 
 
+@dataclass(frozen=True, eq=False)
+class OwnNoise:
+    """The likeliest noise of a fit's own residual: BIC under it, and whiteners of the recordings."""
+
+    bic: float
+    whiteners: tuple[Whitener, ...]
+
+
 def own_colours(s: Setting, judge: Judge, fits: Sequence[Fit]) -> list[float]:
-    """BIC of each fit under the likeliest noise of its own residual: coloured along the samples, lone ones
-    counting little, or in sweeps a smooth error of the instrument.
+    """BIC of each fit under the likeliest noise of its own residual."""
+    return [x.bic for x in own_noises(s, judge, fits)]
+
+
+def own_noises(s: Setting, judge: Judge, fits: Sequence[Fit]) -> list[OwnNoise]:
+    """The likeliest noise of each fit's own residual: coloured along the samples, lone ones counting little,
+    or in sweeps a smooth error of the instrument.
 
     A recording whose colour is no noise's by one of the fits has none by the others. Colour many times as
     large as the independent noise is rare: −2 ln of its prior is twice its size.
@@ -164,13 +178,14 @@ def own_colours(s: Setting, judge: Judge, fits: Sequence[Fit]) -> list[float]:
     white = [[w.apply(e) for w, e in zip(plain, rows, strict=True)] for rows in raw]
     found = [colours(s, plain, x) for x in white]
     missed = [any(m) for m in zip(*(m for _, m in found), strict=True)]
-    prices = []
+    noises = []
     for f, rows, x, (filters, _) in zip(fits, raw, white, found, strict=True):
-        own = [v if m else w for v, w, m in zip(plain, filters, missed, strict=True)]
+        own = tuple(v if m else w for v, w, m in zip(plain, filters, missed, strict=True))
         innovations = [w.apply(e) for w, e in zip(own, rows, strict=True)]
         size = max(float(np.sqrt(np.mean(e[e != 0] ** 2))) if np.any(e) else 0.0 for e in x)
-        prices.append(_own_price(s, judge, f, innovations, sum(w.order for w in own), 2 * size))
-    return prices
+        price = _own_price(s, judge, f, innovations, sum(w.order for w in own), 2 * size)
+        noises.append(OwnNoise(price, own))
+    return noises
 
 
 def _own_price(

@@ -8,7 +8,8 @@ from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, Setting
 from modelgen.diagnose.noise.noise import FITS
-from modelgen.diagnose.noise.recolour import own_colours
+from modelgen.diagnose.noise.recolour import own_noises
+from modelgen.diagnose.noise.slow import gain_in_slow_noise
 from modelgen.diagnose.noise.smooth_error import smooth_error
 
 WORTH = 0.9
@@ -93,9 +94,14 @@ def worse(s: Setting, old: Fit, new: Fit) -> bool:
 
 
 def own_gain(s: Setting, judge: Judge, old: Fit, new: Fit) -> float:
-    """What `new` gains on `old`, each with its own colour of noise."""
-    before, after = own_colours(s, judge, (old, new))
-    return before - after
+    """What `new` gains on `old`, each with its own colour of noise, over time also beside slow noise."""
+    before, after = own_noises(s, judge, (old, new))
+    gain = before.bic - after.bic
+    if not s.model.is_time_model:
+        return gain
+    was, left = plain_white(old), plain_white(new)
+    slow = gain_in_slow_noise(before.whiteners, was, after.whiteners, left)
+    return min(gain, slow - (new.parameters - old.parameters) * float(np.log(effective(new.white))))
 
 
 def hidden(s: Setting, judge: Judge, best: Fit, winner: Fit, depth: int) -> bool:
