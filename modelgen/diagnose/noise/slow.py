@@ -10,6 +10,7 @@ whose coefficients are independent and don't see where a record ends (P. Whittle
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from scipy.fft import dct
@@ -37,13 +38,19 @@ def gain_in_slow_noise(
 
 def _slow(x: Array) -> float:
     """−2 ln of the likelihood of a residual (n,) as the likeliest slow noise, with its numbers' price."""
-    power, omega = _spectrum(x)
-    tried = []
-    for p in POWERS:
-        falling = (2 * np.sin(omega / 2)) ** (-2 * p)
-        falling /= np.mean(falling)
-        tried += [_price(power, b + (1 - b) * falling) for b in BESIDE]
-    return min(tried) + 2 * float(np.log(len(x)))
+    power, _ = _spectrum(x)
+    inverse, logs = _shapes(len(x))
+    levels = np.maximum(inverse @ power / len(power), 1e-300)
+    return float(np.min(len(power) * np.log(levels) + logs)) + 2 * float(np.log(len(x)))
+
+
+@lru_cache(maxsize=4)
+def _shapes(n: int) -> tuple[Array, Array]:
+    """(m, n − 1) inverse spectra of slow noise in n samples, and the sums of their logarithms (m,)."""
+    waves = 2 * np.sin(_frequencies(n) / 2)
+    falling = [waves ** (-2 * p) for p in POWERS]
+    shapes = np.array([b + (1 - b) * s / np.mean(s) for s in falling for b in BESIDE])
+    return 1 / shapes, np.log(shapes).sum(axis=1)
 
 
 def _coloured(w: Whitener, x: Array) -> float:
@@ -52,15 +59,16 @@ def _coloured(w: Whitener, x: Array) -> float:
         return np.inf
     power, omega = _spectrum(x)
     filtered = np.ones(len(omega)) if w.ar is None else np.exp(-1j * np.outer(omega, range(len(w.ar)))) @ w.ar
-    return _price(power, 1 / np.abs(filtered) ** 2) + w.order * float(np.log(len(x)))
+    shape = 1 / np.abs(filtered) ** 2
+    level = max(float(np.mean(power / shape)), 1e-300)
+    whole = len(power) * float(np.log(level)) + float(np.sum(np.log(shape)))
+    return whole + w.order * float(np.log(len(x)))
 
 
 def _spectrum(x: Array) -> tuple[Array, Array]:
     """Squares of the cosine transform but for the mean, and their frequencies [rad a sample]."""
-    n = len(x)
-    return dct(x, norm="ortho")[1:] ** 2, np.pi * np.arange(1, n) / n
+    return dct(x, norm="ortho")[1:] ** 2, _frequencies(len(x))
 
 
-def _price(power: Array, shape: Array) -> float:
-    level = max(float(np.mean(power / shape)), 1e-300)
-    return len(power) * float(np.log(level)) + float(np.sum(np.log(shape)))
+def _frequencies(n: int) -> Array:
+    return np.pi * np.arange(1, n) / n
