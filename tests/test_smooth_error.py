@@ -125,7 +125,7 @@ def test_what_motion_errors_alone_give_is_told_by_records_without_the_effect(tmp
     model = modelgen.models.load(file.model)
     case = load_case(file, signature_of(model))
     ground = prepare(model, case, 0)
-    assert motion_matters(ground.series)
+    assert motion_matters([s.whitener for s in ground.series])
     made = replicas(model, case, ground.base, ground.judge.whiteners, seed=0)
     again = ground.judge.fit(on(ground.base.hypothesis, made), [ground.base.theta])
     assert again.chi2 == pytest.approx(sum(e.size for e in again.white), rel=0.15)

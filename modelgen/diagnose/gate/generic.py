@@ -22,6 +22,7 @@ from modelgen.diagnose.gate.tables import together
 from modelgen.diagnose.hypotheses.evidence import Level, effective, profiled, settled
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import COLOUR_SWEEP, COLOUR_TIME
+from modelgen.diagnose.noise.replica import motion_matters
 from modelgen.diagnose.noise.slow import gain_in_slow_noise
 from modelgen.diagnose.search.screen import Tangent
 from modelgen.fit.colour import coloured
@@ -236,7 +237,9 @@ def _best_of(
     if gain > CHECKED:
         left, (price_before, old) = _parted(rest, white), before()
         price_after, new = _noise(judge, left, COLOUR_TIME)
-        alone = min(price_before - price_after, gain_in_slow_noise(old, white, new, left))
+        alone = price_before - price_after
+        if not motion_matters(judge.whiteners):
+            alone = min(alone, gain_in_slow_noise(old, white, new, left))
         gain = min(gain, alone - count * float(np.log(n)) - price)
     return Leftover(float(gain), chi2, port, says, (group, best))
 

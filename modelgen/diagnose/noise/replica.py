@@ -38,14 +38,12 @@ SETTLED = 10.0
 Replica = Sequence[Series]
 
 
-def motion_matters(series: Sequence[Series]) -> bool:
+def motion_matters(whiteners: Sequence[Whitener]) -> bool:
     """Whether errors of the motion are a part of the noise worth speaking of."""
     share, samples = NOTICED
     return any(
-        s.whitener.smear is not None
-        and s.whitener.share is not None
-        and float(np.mean(s.whitener.share < share)) > samples
-        for s in series
+        w.smear is not None and w.share is not None and float(np.mean(w.share < share)) > samples
+        for w in whiteners
     )
 
 

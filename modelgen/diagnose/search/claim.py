@@ -9,6 +9,7 @@ from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, Setting
 from modelgen.diagnose.noise.noise import FITS
 from modelgen.diagnose.noise.recolour import own_noises
+from modelgen.diagnose.noise.replica import motion_matters
 from modelgen.diagnose.noise.slow import gain_in_slow_noise
 from modelgen.diagnose.noise.smooth_error import smooth_error
 
@@ -97,7 +98,7 @@ def own_gain(s: Setting, judge: Judge, old: Fit, new: Fit) -> float:
     """What `new` gains on `old`, each with its own colour of noise, over time also beside slow noise."""
     before, after = own_noises(s, judge, (old, new))
     gain = before.bic - after.bic
-    if not s.model.is_time_model:
+    if not s.model.is_time_model or motion_matters(judge.whiteners):
         return gain
     was, left = plain_white(old), plain_white(new)
     slow = gain_in_slow_noise(before.whiteners, was, after.whiteners, left)

@@ -14,7 +14,7 @@ from modelgen.fit.series import Series
 
 def deserved(s: Setting, judge: Judge, parents: Sequence[Fit], fits: list[Fit]) -> tuple[Judge, list[Fit]]:
     """Take from the best of `fits` what errors of the motion give them beside the parent they grew from."""
-    if judge.temper > 1.0 or not s.model.is_time_model or not motion_matters(s.series):
+    if judge.temper > 1.0 or not s.model.is_time_model or not motion_matters(judge.whiteners):
         return judge, fits
     made: dict[frozenset[tuple[str, str, int]], tuple[Series, ...]] = {}
     while True:
@@ -38,7 +38,7 @@ RIVALS = 3
 
 def among_rivals(s: Setting, judge: Judge, best: Fit, tried: Sequence[Fit]) -> Judge:
     """The judge who gives to those that do nearly as well as `best` what errors of the motion give it."""
-    if judge.temper > 1.0 or not best.ids or not s.model.is_time_model or not motion_matters(s.series):
+    if judge.temper > 1.0 or not best.ids or not s.model.is_time_model or not motion_matters(judge.whiteners):
         return judge
     less = min((f for f in tried if len(f.ids) < len(best.ids)), key=lambda f: f.bic)
     near = best.bic + SIMILAR * max(0.0, less.bic - best.bic)
