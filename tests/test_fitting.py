@@ -68,6 +68,16 @@ def rubber(*recordings: Recording, z_noise: float = 0.0, **settings: Any) -> Cas
     return Case(None, "modified_dahl", recordings, noise=Noise({"F": 1.85e-3, "z": z_noise}), **settings)
 
 
+def test_a_small_device_is_found_without_bounds_for_its_damping() -> None:
+    """A pick-up of a sixth of a gram: its damping is far below the default of a range that begins at 0."""
+    small = {"R_e": 258.0, "L_e": 2e-3, "Bl": 5.4, "M_m": 1.6e-4, "K_m": 92.0, "R_m": 0.06}
+    bounds = {"R_e": (100.0, 600.0), "L_e": (1e-4, 0.1), "Bl": (3.0, 10.0), "K_m": (20.0, 500.0)}
+    case = impedance(sweep(**small), constants={"M_m": small["M_m"]}, bounds=bounds)
+    found = fit(mg.models.electrodynamic_transducer, case)
+    assert found["R_m"].value == pytest.approx(small["R_m"], rel=0.02)
+    assert found.rms_over_noise["fit"] == pytest.approx(1.0, abs=0.1)
+
+
 @pytest.mark.parametrize("name", METHODS)
 def test_every_optimiser_recovers_the_truth(name: str) -> None:
     result = fit(mg.models.electrodynamic_transducer, impedance(sweep()), METHODS[name])

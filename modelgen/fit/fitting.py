@@ -206,7 +206,9 @@ def _searched(method: Method, problem: Problem, case: Case, seed: int, progress:
     without a resonance in sight. It is searched within a factor of REACH of its start, and freed at the end.
     """
     free = np.array([n.partition("[")[0] not in case.bounds for n in problem.names])
-    free &= wide(problem.lower, problem.upper) & (problem.start > 0)
+    far = wide(problem.lower, problem.upper)
+    far |= (problem.lower == 0) & (problem.upper > REACH * problem.start)  # a sign tells no scale either
+    free &= far & (problem.start > 0)
     low = np.where(free, np.maximum(problem.lower, problem.start / REACH), problem.lower)
     high = np.where(free, np.minimum(problem.upper, problem.start * REACH), problem.upper)
     near = replace(problem, lower=low, upper=high)

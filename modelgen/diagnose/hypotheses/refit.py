@@ -278,7 +278,7 @@ def base_starts(h: Hypothesis, seed: int, count: int = 8) -> list[Array]:
             low, high = q.bounds
             if not np.isfinite(high - low):
                 x[k] = default[k] * float(np.exp(rng.normal(0, 1.0))) if default[k] else default[k]
-            elif low > 0 and high / low > 100:
+            elif (low > 0 and high / low > 100) or (low == 0 and high > 100 * default[k] > 0):
                 x[k] = np.clip(default[k] * float(np.exp(rng.normal(0, 2.0))), low, high)
             else:
                 x[k] = rng.uniform(low, high)
