@@ -25,7 +25,7 @@ from modelgen.diagnose.noise.glitches import laid_open, rather, uncovered
 from modelgen.diagnose.noise.history import unrested
 from modelgen.diagnose.noise.noise import marked
 from modelgen.diagnose.noise.resolved import unresolved
-from modelgen.diagnose.noise.thin import Thinned, thin, unblurred
+from modelgen.diagnose.noise.thin import Thinned, thin, told_rightly, unblurred
 from modelgen.diagnose.own_effects import check_effects, unused
 from modelgen.diagnose.search.search import search
 from modelgen.diagnose.verdict import Verdict
@@ -88,7 +88,7 @@ def _diagnosed(
     if progress:
         progress(0.02, "reading")
     thinned = thin(model, case)
-    case, ground, smooth = _prepared(model, thinned, seed)
+    thinned, case, ground, smooth = _prepared(model, thinned, seed)
     seen = (*unresolved(model, ground.series), *mirrored(model, case, ground.base, seed))
     notes = (*thinned.notes, *unknown_kinds(model, own), *seen, *smooth)
     if progress:
@@ -107,11 +107,13 @@ def _diagnosed(
     return conclude(setting, notes, ground.marks, ground.oddity, outcome, out, begun)
 
 
-def _prepared(model: Model, thinned: Thinned, seed: int) -> tuple[Case, Ground, tuple[str, ...]]:
+def _prepared(model: Model, thinned: Thinned, seed: int) -> tuple[Thinned, Case, Ground, tuple[str, ...]]:
     """The case with inputs that ran as the base says they did between their samples, and with a past of its
     memory; its ground, and a note where they ran smoothly or the sample had not rested."""
+    ground = prepare(model, thinned.case, seed)
+    thinned, before = told_rightly(thinned, ground.base), thinned
     case, notes = thinned.case, []
-    ground = prepare(model, case, seed)
+    ground = ground if thinned is before else prepare(model, case, seed)
     for _ in range(BLURRED):
         sharp = unblurred(thinned, ground.base, ground.judge)
         if sharp is None:
@@ -122,7 +124,7 @@ def _prepared(model: Model, thinned: Thinned, seed: int) -> tuple[Case, Ground, 
         if other is not None:
             case, ground = other, prepare(model, other, seed)
             notes.append(note)
-    return case, ground, tuple(notes)
+    return thinned, case, ground, tuple(notes)
 
 
 BLURRED = 2
@@ -191,6 +193,6 @@ def outcome_of(
 ) -> tuple[Setting, Outcome]:
     """Setting and outcome without a verdict, for studies of the search itself."""
     model = whole(model)
-    case, ground, _ = _prepared(model, thin(model, case), seed)
+    _, case, ground, _ = _prepared(model, thin(model, case), seed)
     _, setting, outcome = _searched(model, case, ground, catalogue, seed)
     return setting, outcome

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from modelgen.codegen.lower import primary_outputs
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import ALARM
 from modelgen.diagnose.noise.between import MATTERS, less, outputs_of
@@ -23,10 +24,11 @@ FINER = 16
 @dataclass(frozen=True)
 class Thinned:
     """The case to work on, and, where its records are averaged over blocks, what they are the averages of:
-    the same with up to FINER times, `block` times as many samples."""
+    the same with up to FINER times, `block` times as many samples, averages of the `first` few."""
 
     case: Case
     finer: Case | None = None
+    first: int = 1
     block: int = 1
     notes: tuple[str, ...] = ()
 
@@ -44,7 +46,39 @@ def thin(model: Model, case: Case) -> Thinned:
         f"{fit} samples were averaged in blocks of {first * block}; what happens faster than that is not "
         "judged"
     )
-    return Thinned(_blocks(finer, block), finer, block, (note,))
+    return Thinned(_blocks(finer, block), finer, first, block, (note,))
+
+
+AGREES, LARGER = 1.1, 1.2
+"""Times the stated noise that single samples leave at the most where it is right, and averages at least where
+it is not independent."""
+
+
+def told_rightly(thinned: Thinned, fit: Fit) -> Thinned:
+    """Without what is stated of the outputs' noise where `fit` leaves as much of single samples, and more of
+    averages than of independent noise: what neighbours share does not average out."""
+    finer, e = thinned.finer, fit.hypothesis.experiment
+    if finer is None:
+        return thinned
+    names, shared = primary_outputs(e.model), set()
+    for fine, r in zip(finer.fit, thinned.case.fit, strict=True):
+        told = finer.noise_of(fine).sigma
+        rests = zip(names, outputs_of(finer, e, fit.theta, fine), strict=True)
+        for n, rest in ((n, fine.outputs[n] - y) for n, y in rests if n in told and n in fine.outputs):
+            among = np.mean(np.diff(rest) ** 2) / 2 * (thinned.first - 1)  # in what is averaged already
+            single = np.sqrt((np.mean(rest**2) + among) / thinned.first) / told[n]
+            block = 1 if fine.n == r.n else thinned.block
+            averaged = np.sqrt(np.mean(_mean(rest, block) ** 2) * block) / told[n]
+            shared |= {n} if single < AGREES and averaged > LARGER else set()
+    if not shared:
+        return thinned
+    case = thinned.case
+    records = tuple(replace(r, noise=_untold(r.noise, shared)) for r in case.recordings)
+    return replace(thinned, case=replace(case, recordings=records, noise=_untold(case.noise, shared)))
+
+
+def _untold(noise: Noise, names: set[str]) -> Noise:
+    return replace(noise, sigma={n: s for n, s in noise.sigma.items() if n not in names})
 
 
 def unblurred(thinned: Thinned, fit: Fit, judge: Judge) -> Case | None:
