@@ -5,6 +5,7 @@ place.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -15,6 +16,8 @@ from modelgen.language import (
     Input,
     Model,
     Port,
+    State,
+    Statement,
     acceleration_of,
     j,
     pi,
@@ -22,6 +25,7 @@ from modelgen.language import (
     rate_of,
     turning_point_of,
 )
+from modelgen.language.model import substituted
 from modelgen.recordings.convert import is_time
 from modelgen.units import converts
 
@@ -41,8 +45,9 @@ def whole(model: Model) -> Model:
     Over frequency that is ω, of an inductance or a capacitance told by its impedance what it is itself, and
     that what an impedance has in series lies within its terminals. Over time, force and sensor ports get the
     time and that of the sample before; a force port that names a recorded motion z gets its rate v,
-    acceleration a, and the values before and at the turn; a recorded force without a port of its sensor gets
-    one; and a model without memory becomes one whose samples follow each other.
+    acceleration a, and the values before and at the turn; the linkage through which that motion comes gets a
+    port, and the sensor of a recorded force, where they have none; and a model without memory becomes one
+    whose samples follow each other.
     """
     axis = model.inputs[0] if model.inputs else None
     if axis is None:
@@ -61,6 +66,8 @@ def whole(model: Model) -> Model:
     for port in model.ports:
         if port.kind == "force" and is_time(axis.unit):
             model = _moving(model, port, axis)
+    if is_time(axis.unit):
+        model = _linked(model)
     for output in model.outputs if is_time(axis.unit) else ():
         model = _sensed(model, output.name, axis)
     return model
@@ -152,6 +159,47 @@ def _moving(model: Model, port: Port, axis: Input) -> Model:
     fuller = replace(port, variables=(*port.variables, *more))
     model = model.with_inputs(*added.values())
     return replace(model, ports=tuple(fuller if p is port else p for p in model.ports))
+
+
+MOTION = ("z", "v", "z_prev", "z_turn")
+
+
+def _linked(model: Model) -> Model:
+    """`model` with a port for the linkage that the recorded motion of its force comes through, if none is
+    declared: there play and joints that give are. Not where states are integrated along it."""
+    inputs = {i.symbol: i for i in model.inputs}
+    force = next((p for p in model.ports if p.kind == "force" and _recorded(p, inputs)), None)
+    rates = any(isinstance(s, State) and s.rate is not None for s in model.statements)
+    if force is None or rates or any(p.kind == "displacement" for p in model.ports):
+        return model
+    taken = {q.name for q in (*model.inputs, *model.parameters, *model.statements)}
+    inside = {}
+    for key in MOTION:
+        i = inputs[force[key]]
+        inside[key] = Equation(
+            _free(f"{i.name}_inside", taken), i, i.unit, text=f"{i.name} behind the linkage"
+        )
+    swaps = {force[key]: e.symbol for key, e in inside.items()}
+    moved = [_behind(s, swaps) for s in model.statements]
+    ports = [replace(p, variables=tuple((n, swaps.get(x, x)) for n, x in p.variables)) for p in model.ports]
+    at = tuple((n, swaps.get(x, x)) for n, x in force.variables)
+    linkage = Port("displacement", "displacement", inside["z"].name, at)
+    return replace(model, statements=(*inside.values(), *moved), ports=(*ports, linkage))
+
+
+def _recorded(port: Port, inputs: Mapping[Any, Input]) -> bool:
+    """Whether all of a port's motion follows from one recorded displacement."""
+    have = dict(port.variables)
+    if not all(key in have and have[key] in inputs for key in MOTION):
+        return False
+    z, *others = (inputs[have[key]] for key in MOTION)
+    return z.derived is None and all(i.derived is not None and i.derived[1] == z.name for i in others)
+
+
+def _behind(s: Statement, swaps: Mapping[Any, Any]) -> Statement:
+    """A statement of the motion behind the linkage; a state begins with what is recorded."""
+    new = substituted(s, swaps)
+    return replace(new, initial=s.initial) if isinstance(s, State) and isinstance(new, State) else new
 
 
 def _known(model: Model, wanted: Input) -> Input:
