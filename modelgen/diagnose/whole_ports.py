@@ -46,8 +46,8 @@ def whole(model: Model) -> Model:
     that what an impedance has in series lies within its terminals. Over time, force and sensor ports get the
     time and that of the sample before; a force port that names a recorded motion z gets its rate v,
     acceleration a, and the values before and at the turn; the linkage through which that motion comes gets a
-    port, and the sensor of a recorded force, where they have none; and a model without memory becomes one
-    whose samples follow each other.
+    port for play, and the sensor of a recorded force one of its own, where they have none; and a model
+    without memory becomes one whose samples follow each other.
     """
     axis = model.inputs[0] if model.inputs else None
     if axis is None:
@@ -166,7 +166,11 @@ MOTION = ("z", "v", "z_prev", "z_turn")
 
 def _linked(model: Model) -> Model:
     """`model` with a port for the linkage that the recorded motion of its force comes through, if none is
-    declared: there play and joints that give are. Not where states are integrated along it."""
+    declared: there play is. Not where states are integrated along the motion.
+
+    It doesn't know the time, so that a joint that gives is not asked for: in series with a spring and a
+    dashpot that is what a material's relaxation is.
+    """
     inputs = {i.symbol: i for i in model.inputs}
     force = next((p for p in model.ports if p.kind == "force" and _recorded(p, inputs)), None)
     rates = any(isinstance(s, State) and s.rate is not None for s in model.statements)
@@ -182,7 +186,7 @@ def _linked(model: Model) -> Model:
     swaps = {force[key]: e.symbol for key, e in inside.items()}
     moved = [_behind(s, swaps) for s in model.statements]
     ports = [replace(p, variables=tuple((n, swaps.get(x, x)) for n, x in p.variables)) for p in model.ports]
-    at = tuple((n, swaps.get(x, x)) for n, x in force.variables)
+    at = tuple((n, e.symbol) for n, e in inside.items())
     linkage = Port("displacement", "displacement", inside["z"].name, at)
     return replace(model, statements=(*inside.values(), *moved), ports=(*ports, linkage))
 
