@@ -67,7 +67,7 @@ def look_at_holdout(setting: Setting, outcome: Outcome, best: Fit, scale: float)
     return Held(tuple(moved), raws[0], raws[1], rms[0], rms[1], notes)
 
 
-MISSED = 1.15
+SEEN = 1.15
 """Residuals over the noise that held-out recordings must show before a claim is asked to explain them."""
 CARRIED = 0.5
 """Share that a claim must take away of what held-out recordings miss, where it takes away all that the fitted
@@ -78,7 +78,7 @@ def carries_over(held: Held) -> bool:
     """Whether what takes misfit beyond the noise from the fitted recordings takes it from the held-out
     ones."""
     before, after = held.before.holdout_over_noise, held.after.holdout_over_noise
-    if not min(before, after) > MISSED:
+    if not min(before, after) > SEEN:
         return True
     return taken(before, after) >= CARRIED * taken(held.before.fit_over_noise, held.after.fit_over_noise)
 
