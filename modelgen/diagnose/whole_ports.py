@@ -11,6 +11,7 @@ from typing import Any
 
 from sympy import Symbol
 
+from modelgen.effects.motion import MOTION
 from modelgen.language import (
     Equation,
     Input,
@@ -159,9 +160,6 @@ def _moving(model: Model, port: Port, axis: Input) -> Model:
     fuller = replace(port, variables=(*port.variables, *more))
     model = model.with_inputs(*added.values())
     return replace(model, ports=tuple(fuller if p is port else p for p in model.ports))
-
-
-MOTION = ("z", "v", "z_prev", "z_turn")
 
 
 def _linked(model: Model) -> Model:

@@ -7,10 +7,8 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, unit_of
-from modelgen.effects.motion import moved_input, moved_rate
+from modelgen.effects.motion import MOTION, moved_input, moved_rate
 from modelgen.language import Abs, Equation, Model, Parameter, Piecewise, Port, State, sign
-
-MOTION = ("z", "v", "z_prev", "z_turn")
 
 
 def moved(model: Model, port: Port, between: tuple[Any, ...], motion: dict[str, Any]) -> Model:

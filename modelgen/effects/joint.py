@@ -5,8 +5,9 @@ from typing import Any
 
 from sympy import Symbol, sympify
 
-from modelgen.effects.clearance import MOTION, inner, moved
+from modelgen.effects.clearance import inner, moved
 from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, at_start, change, unit_of
+from modelgen.effects.motion import MOTION
 from modelgen.language import Abs, Equation, Max, Min, Model, Parameter, Piecewise, Port, State, sign
 
 SERIES = (

@@ -5,8 +5,9 @@ from typing import Any
 
 from sympy import And, Ne, Symbol
 
-from modelgen.effects.clearance import MOTION, inner, moved
+from modelgen.effects.clearance import inner, moved
 from modelgen.effects.effect import Strength, Values, at_start, unit_of
+from modelgen.effects.motion import MOTION
 from modelgen.effects.sensor import sensor_delay
 from modelgen.language import Abs, Equation, Model, Parameter, Piecewise, Port, State
 

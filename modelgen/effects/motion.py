@@ -5,6 +5,9 @@ from typing import Any
 from modelgen.errors import InputError
 from modelgen.language import Abs, Input, Model, Port
 
+MOTION = ("z", "v", "z_prev", "z_turn")
+"""What a port calls its displacement, its rate, and the displacement a sample before and at the turn."""
+
 
 def moved_input(model: Model) -> Input:
     """The recorded displacement of a time model."""
