@@ -19,8 +19,9 @@ from modelgen.export.c99 import Settings
 from modelgen.export.datasheet import emulator_files, merge
 from modelgen.export.floats import single
 from modelgen.export.host import Compiled
+from modelgen.export.routines import make_unit
 from modelgen.export.text import REALS, render_c
-from modelgen.export.unit import Unit, make_unit
+from modelgen.export.unit import Unit
 from modelgen.export.vectors import make_vectors
 from modelgen.language import Equation, Input, Model, Parameter, Piecewise, State, exp, previous, sqrt
 

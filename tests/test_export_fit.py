@@ -20,8 +20,8 @@ from modelgen.errors import InputError
 from modelgen.export import arm, export
 from modelgen.export.c99 import Settings
 from modelgen.export.datasheet import emulator_files
+from modelgen.export.routines import make_unit
 from modelgen.export.text import facts_of, render, render_c
-from modelgen.export.unit import make_unit
 from modelgen.export.vectors import make_vectors
 from modelgen.language import Equation, Input, Model
 

@@ -13,8 +13,8 @@ from modelgen.errors import InputError
 from modelgen.export import arm
 from modelgen.export.host import Compiled
 from modelgen.export.inverse import inverse
+from modelgen.export.routines import make_unit
 from modelgen.export.text import facts_of, render, render_c
-from modelgen.export.unit import make_unit
 from modelgen.language import Model
 
 ABSENT = arm.missing_tools()

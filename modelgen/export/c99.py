@@ -8,9 +8,9 @@ from pathlib import Path
 
 from modelgen.errors import InputError, ToolError, one_of
 from modelgen.export.datasheet import merge, render_sheet, take
+from modelgen.export.routines import make_unit
 from modelgen.export.selftest import render_tests
 from modelgen.export.text import REALS, render, render_c
-from modelgen.export.unit import make_unit
 from modelgen.export.values import parse_fixed, parse_ranges
 from modelgen.export.vectors import make_vectors
 from modelgen.files import write_atomically

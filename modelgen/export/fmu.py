@@ -23,8 +23,9 @@ from modelgen.errors import InputError, ToolError
 from modelgen.export.c99 import Settings
 from modelgen.export.fmi import stubs
 from modelgen.export.rewrite import STEP
+from modelgen.export.routines import make_unit
 from modelgen.export.text import facts_of, render, render_c
-from modelgen.export.unit import Unit, make_unit
+from modelgen.export.unit import Unit
 from modelgen.export.values import default_of, default_range, parse_fixed
 from modelgen.files import write_atomically
 from modelgen.language import Equation, Input, Model, State
