@@ -183,7 +183,7 @@ def _searched(
     again = prepare(model, case, seed, seen)
     anew = set_up(model, case, again, catalogue)
     found = search(anew, again.base, again.judge, progress)
-    if rather(outcome.judge, outcome.best, found.best):
+    if alone is None and rather(outcome.judge, outcome.best, found.best):
         return ground, setting, outcome
     return again, anew, found
 

@@ -30,7 +30,10 @@ def narrow(outcome: Outcome) -> Leftover | None:
 
 def glitch(outcome: Outcome) -> list[Array] | None:
     """(n,) bool of each sweep: the samples on which a claim stands, or one effect more of it, where they are
-    of one sweep and another that passes there shows nothing of it; None where there are none such."""
+    of one sweep and another that passes there shows nothing of it; in a single sweep those on which one more
+    of several effects stands; None where there are none such."""
+    if len(outcome.best.white) == 1:
+        return _of_the_sweep(outcome)
     for fewer in range(len(outcome.best.ids)):
         others = [f for f in outcome.tried if len(f.ids) == fewer] if fewer else [outcome.base]
         less = min(others, key=lambda f: f.bic, default=None)
@@ -54,6 +57,17 @@ def _of_one_sweep(outcome: Outcome, less: Fit) -> list[Array] | None:
     low, high = _around(f[of[0]], loud[of[0]])
     passed = [np.count_nonzero((low <= x) & (x <= high)) for k, x in enumerate(f) if k != of[0]]
     return loud if max(passed) >= np.count_nonzero(loud[of[0]]) else None
+
+
+def _of_the_sweep(outcome: Outcome) -> list[Array] | None:
+    """`glitch` of the only sweep: a lone sample that one effect of several has been taken in for."""
+    for less in outcome.tried:
+        if less.ids and less.hypothesis.key < outcome.best.hypothesis.key:
+            found = _claimed(outcome, less)
+            loud = found[1][0] & (np.sum(less.white[0] ** 2, axis=0) > LOUD) if found else np.zeros(0)
+            if np.count_nonzero(loud) == 1:
+                return [loud]
+    return None
 
 
 def _around(f: Array, some: Array) -> tuple[float, float]:

@@ -23,6 +23,8 @@ BEST, FEW = 10, 6
 LOOSE = 3.0
 """Those that promise to leave so many times the χ² of the best are not, and those that a few steps have left
 with so much do not go on."""
+STRONG = 5
+"""Effects that alone were best, which are tried in the place of one at the same port."""
 CROSSED = 2
 """The best of each place that are tried together."""
 MOVED, PLACES = 4, 24
@@ -149,11 +151,15 @@ def _exchanges(
 
 
 def _as_good(old: Addition, singles: Mapping[tuple[str, str, int], Fit]) -> list[tuple[str, str, int]]:
-    """Keys of what as a single effect was as good as `old`: of each physics the best law."""
+    """Keys of what as a single effect was as good as `old`, and of what was best at its port: of each physics
+    the best law. Without an effect that is far from small, a first order tells nothing of others."""
     own = singles[old.key].bic if old.key in singles else -inf
-    near = sorted((f for f in singles.values() if abs(f.bic - own) < CLOSE), key=lambda f: f.bic)
-    first = {f.hypothesis.added[0].id: f.hypothesis.added[0].key for f in reversed(near)}
-    return list(first.values())
+    ranked = sorted(singles.values(), key=lambda f: f.bic)
+    there = [f.hypothesis.added[0] for f in ranked if f.hypothesis.added[0].port.name == old.port.name]
+    near = [f.hypothesis.added[0] for f in ranked if abs(f.bic - own) < CLOSE]
+    best = {a.id: a.key for a in reversed(there)}
+    strong = [best[i] for i in list(dict.fromkeys(a.id for a in there))[:STRONG]]
+    return [*{a.id: a.key for a in reversed(near)}.values(), *strong]
 
 
 def better_of(fits: Sequence[Fit], others: Sequence[Fit]) -> list[Fit]:
