@@ -159,34 +159,48 @@ def _coloured(w: Whitener, white: Array, most: int, slow: bool) -> tuple[Whitene
     """The likeliest whitener of one recording, and −2 ln of its likelihood with the price of its numbers."""
     share = np.ones(white.shape[1]) if w.share is None else w.share
     used = share > 0
+    n = int(used.sum()) * len(white)
+
+    def priced(v: Whitener, numbers: int) -> tuple[float, Whitener]:
+        return float(n * np.log(np.sum(v.colour(white) ** 2)) + numbers * np.log(n)), v
+
     plain = replace(w, ar=None, undo=None, band=None, slow=False)
-    tried = [(plain, 0)]
+    tried = [priced(plain, 0)]
     a = autoregression(white, most, used.astype(float))
     if len(a) > 1:
-        tried.append((_banded(plain, white, a, used.astype(float), used, None), len(a) - 1))
+        tried.append(priced(_banded(plain, white, a, used.astype(float), used, None), len(a) - 1))
         if slow and white.shape[1] >= 3 * MEMORY:
-            tried.append((replace(_falling(plain, white, used), slow=True), 1))
+            tried.append(priced(replace(_falling(plain, white, used), slow=True), 1))
     if w.smear is not None and np.mean(share[used] < 0.95) > 0.01:
         undo = np.where(used, share, 1.0)
         early, early_white = replace(plain, undo=undo), white / undo
         own = autoregression(early_white, most, share)
-        weight = np.mean(np.abs(w.weight), axis=0) / undo
+        weight = (np.mean(np.abs(w.weight), axis=0) / undo).tobytes()
+        beside = []
         for a in [np.ones(1), own][: 2 if len(own) > 1 else 1]:
-            more = (
-                through(a, smears(w.smear, weight)) if len(a) > 1 else _unfiltered(w.smear, weight.tobytes())
-            )
-            for level in LEVELS:
-                tried.append((_banded(early, early_white, a, share, used, more, level), len(a) - 1))
-    n = int(used.sum()) * len(white)
-    price = [n * np.log(np.sum(v.colour(white) ** 2)) + p * np.log(n) for v, p in tried]
-    best = int(np.argmin(price))
-    return tried[best][0], float(price[best])
+            more = through(a, _rows_of(w.smear, weight)) if len(a) > 1 else _unfiltered(w.smear, weight)
+            first = _banded(early, early_white, a, share, used, more, LEVELS[0])
+            beside.append((*priced(first, len(a) - 1), a, more))
+        price, first, a, more = min(beside, key=lambda x: x[0])
+        tried.append((price, first))
+        for times in LEVELS[1:]:  # by the likelier filter alone: a factor of a wide band is dear
+            other = _banded(early, early_white, a, share, used, more, times)
+            tried.append(priced(other, len(a) - 1))
+    price, found = min(tried, key=lambda x: x[0])
+    return found, price
+
+
+@lru_cache(maxsize=4)
+def _rows_of(smear: Smear, weight: bytes) -> Array:
+    """Rows of what smoothed errors make of an output of this `weight` (n,): a search asks for the same many
+    times."""
+    return smears(smear, np.frombuffer(weight))
 
 
 @lru_cache(maxsize=4)
 def _unfiltered(smear: Smear, weight: bytes) -> Array:
-    """What smoothed errors make of an output of this `weight` (n,): a search asks for the same many times."""
-    return through(np.ones(1), smears(smear, np.frombuffer(weight)))
+    """Their covariance."""
+    return through(np.ones(1), _rows_of(smear, weight))
 
 
 def _falling(w: Whitener, x: Array, used: Array) -> Whitener:

@@ -50,9 +50,13 @@ def wave_number(which: int, z: Sequence[Array]) -> float:
     return 2 * np.pi * float(PITCHES[which]) / (float(stroke) or 1.0)
 
 
-def groups() -> list[tuple[str, str, Callable[[Array, Array, Array, Array], Iterable[Array]]]]:
-    """(what it would be, kind of port, columns of displacement, speed, time and force, each in units of its
-    own size)."""
+Group = tuple[str, str, Callable[[Array, Array, Array, Array], Iterable[Array]]]
+"""What it would be, kind of port, columns of displacement, speed, time and force, each in units of its own
+size."""
+
+
+def groups() -> list[Group]:
+    """All that are tried."""
 
     def position(z: Array, v: Array, t: Array, F: Array) -> Iterable[Array]:
         for k in PITCHES:

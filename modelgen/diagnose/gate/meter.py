@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from modelgen.diagnose.gate.generic import gain_of, whitened
+from modelgen.diagnose.gate.gains import gain_of
+from modelgen.diagnose.gate.in_frequency import whitened
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.refit import Fit, Judge

@@ -176,7 +176,7 @@ def own_noises(s: Setting, judge: Judge, fits: Sequence[Fit]) -> list[OwnNoise]:
     plain = tuple(replace(w, ar=None) for w in judge.whiteners)
     raw = [[f.hypothesis.experiment.raw(f.theta, k) for k in range(len(plain))] for f in fits]
     white = [[w.apply(e) for w, e in zip(plain, rows, strict=True)] for rows in raw]
-    found = [colours(s, plain, x) for x in white]
+    found = s.each(lambda x: colours(s, plain, x), white)
     missed = [any(m) for m in zip(*(m for _, m in found), strict=True)]
     noises = []
     for f, rows, x, (filters, _) in zip(fits, raw, white, found, strict=True):

@@ -1,0 +1,145 @@
+"""What is left over time, described without a catalogue: functions of few variables, linear and hysteretic
+memories, lines of a spectrum, all under noise with a colour of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from modelgen.diagnose.gate import functions
+from modelgen.diagnose.gate.functions import Group
+from modelgen.diagnose.gate.gains import CHECKED, Noise, gain_of, noise_of, parted
+from modelgen.diagnose.gate.leftover import Leftover
+from modelgen.diagnose.gate.line import line
+from modelgen.diagnose.gate.ports import felt_terms, felt_waves
+from modelgen.diagnose.hypotheses.evidence import Level, effective
+from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.hypotheses.setting import COLOUR_TIME
+from modelgen.diagnose.noise.replica import motion_matters
+from modelgen.diagnose.noise.slow import gain_in_slow_noise
+from modelgen.diagnose.search.screen import Tangent
+from modelgen.fit.pool import share
+from modelgen.fit.whitener import Array
+from modelgen.language import Model
+
+
+def in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
+    """Groups of terms in time, each judged with the colour of its own residual, so that coloured noise gains
+    nothing."""
+    plain = Judge(tuple(replace(w, ar=None) for w in judge.whiteners), judge.prior)
+    fit = plain.look(fit.hypothesis, fit.theta)
+    tangent = Tangent.of(*plain.tangent(fit))
+    e = fit.hypothesis.experiment
+    moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), "")
+    alone = line(model, fit, effective(fit.white))
+    if not moved:
+        tried = [
+            _best_of(tangent, felt, plain.prior, fit.white, Leftover(0.0, 0.0, at.name, words, (group,)))
+            for at, group, words, felt in felt_terms(fit, plain)
+        ]
+        tried = [replace(g, left=replace(g.left, terms=(g.left.terms[0], 0))) for g in tried]
+        return [alone, *_checked([*tried, *_felt_waves(fit, plain, tangent)], plain, fit.white, alone.gain)]
+    names = model.derived_from(moved)
+    z = functions.scaled([s.inputs[moved] for s in e.series])
+    v = functions.scaled_speed([s.inputs[names["rate"]] for s in e.series])
+    shown = [e.raw(fit.theta, k)[0] + s.data[0] for k, s in enumerate(e.series)]
+    force = functions.scaled(shown)
+
+    def tried_in(group: Group) -> _Tried:
+        says, kind, make = group
+        port = next((p.name for p in model.ports if p.kind == kind), kind)
+        blocks = []
+        for k, s in enumerate(e.series):
+            terms = np.stack(list(make(z[k], v[k], s.inputs[model.axis], force[k])))
+            blocks.append(plain.whiteners[k].apply(terms[None])[0].T)
+        like = Leftover(0.0, 0.0, port, says, (make.__name__,))
+        best = _best_of(tangent, np.concatenate(blocks), plain.prior, fit.white, like)
+        if make.__name__ == "position":
+            return _of_wave(best, [s.inputs[moved] for s in e.series])
+        if make.__name__ == "shown":
+            limit = functions.level(best.left.terms[1], shown)
+            return replace(best, left=replace(best.left, terms=(functions.LEVEL, *limit)))
+        return best
+
+    return [alone, *_checked(share(tried_in, functions.groups()), plain, fit.white, alone.gain)]
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """A group of terms, with its gain as if noise had no colour; the residual `rest` (N,) that it leaves; and
+    the price of its amounts and of looking."""
+
+    left: Leftover
+    rest: Array
+    price: float
+
+
+def _of_wave(best: _Tried, z: Sequence[Array]) -> _Tried:
+    """A wave over the displacement z of each recording, with its number in the place of its pitch's."""
+    terms = (functions.WAVE, functions.wave_number(best.left.terms[1], z))
+    return replace(best, left=replace(best.left, terms=terms))
+
+
+def _felt_waves(fit: Fit, plain: Judge, tangent: Tangent) -> list[_Tried]:
+    """The best wave over the position at each port that knows it, where it is not recorded."""
+    found = []
+    for at, z, columns in felt_waves(fit, plain):
+        words = f"a term that depends on {at['z']}, with short wavelengths"
+        like = Leftover(0.0, 0.0, at.name, words, ("position",))
+        found.append(_of_wave(_best_of(tangent, columns, plain.prior, fit.white, like), z))
+    return found
+
+
+TOGETHER = {"position": 2, "shown": 1}
+"""Groups of which only so many terms act at a time (a pitch, a limit): each is tried, at the price of
+looking."""
+
+
+def _best_of(
+    tangent: Tangent, columns: Array, prior: Sequence[Level], white: Sequence[Array], like: Leftover
+) -> _Tried:
+    """The gain of a group of terms, which `like` names, all at once or the best few neighbours of them."""
+    size, n, few = columns.shape[1], effective(white), TOGETHER.get(like.terms[0], 0)
+    sets = [list(range(size))] if not few else [list(range(k, k + few)) for k in range(0, size, few)]
+    price = 2 * float(np.log(len(sets)))
+    own = _own(prior, white)
+    tried = [(*gain_of(tangent, columns[:, c], n, price, own), len(c)) for c in sets]
+    best = max(range(len(tried)), key=lambda k: tried[k][0])
+    gain, chi2, rest, count = tried[best]
+    left = replace(like, gain=float(gain), chi2=chi2, terms=(*like.terms, best))
+    return _Tried(left, rest, count * float(np.log(n)) + price)
+
+
+def _checked(tried: Sequence[_Tried], judge: Judge, white: Sequence[Array], best: float) -> list[Leftover]:
+    """Groups of terms with gains that count colours of their own on either side; those that gain no more than
+    the `best` even without are not looked at, theirs is what they gain at most."""
+    before = cache(lambda: noise_of(judge, white, COLOUR_TIME))
+    found = []
+    for g in sorted(tried, key=lambda g: -g.left.gain):
+        gain = g.left.gain
+        if gain > max(best, CHECKED):
+            gain = min(gain, _coloured_gain(judge, before(), white, parted(g.rest, white)) - g.price)
+        best = max(best, gain)
+        found.append(replace(g.left, gain=gain))
+    return found
+
+
+def _coloured_gain(judge: Judge, before: Noise, white: Sequence[Array], left: Sequence[Array]) -> float:
+    """What residuals that are `left` gain on `white`, each with the likeliest noise of its own, which was
+    `before`."""
+    (price_before, old), (price_after, new) = before, noise_of(judge, left, COLOUR_TIME)
+    alone = price_before - price_after
+    if motion_matters(judge.whiteners):
+        return alone
+    return min(alone, gain_in_slow_noise(old, white, new, left))
+
+
+def _own(prior: Sequence[Level], white: Sequence[Array]) -> Array | None:
+    """(N,) the noise's share in the variances of all residuals; None where it is all."""
+    if all(p.own is None for p in prior):
+        return None
+    shares = [np.ones(e.shape) if p.own is None else p.own + 0 * e for p, e in zip(prior, white, strict=True)]
+    return np.concatenate([x.ravel() for x in shares])
