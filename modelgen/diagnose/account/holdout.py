@@ -74,13 +74,29 @@ CARRIED = 0.5
 ones do. Of nine claims that took away less, in 1200 records whose physics was known, seven were wrong."""
 
 
+CHANGED = 4.0
+"""χ² by which a claim must change what is predicted of held-out recordings to be asked to make it better: two
+standard deviations."""
+
+
 def carries_over(held: Held) -> bool:
-    """Whether what takes misfit beyond the noise from the fitted recordings takes it from the held-out
-    ones."""
+    """Whether what takes misfit beyond the noise from the fitted recordings takes it from the held-out ones;
+    and whether these get better at all, if it changes what is predicted of them. Of 23 claims that made them
+    no better, in 1440 records whose physics was known, 15 were wrong."""
     before, after = held.before.holdout_over_noise, held.after.holdout_over_noise
+    if not_better(held):
+        return False
     if not min(before, after) > SEEN:
         return True
     return taken(before, after) >= CARRIED * taken(held.before.fit_over_noise, held.after.fit_over_noise)
+
+
+def not_better(held: Held) -> bool:
+    """Whether a claim changes what is predicted of held-out recordings, and not for the better."""
+    if not held.after.holdout_over_noise >= held.before.holdout_over_noise:
+        return False
+    pairs = zip(held.series, held.raw_before, held.raw_after, strict=True)
+    return sum(float(np.sum(s.whitener.apply(b - a) ** 2)) for s, b, a in pairs) > CHANGED
 
 
 def taken(before: float, after: float) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from modelgen.diagnose.account.holdout import Held, taken
+from modelgen.diagnose.account.holdout import Held, not_better, taken
 from modelgen.diagnose.gate.gate import Gate
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.refit import Fit
@@ -92,6 +92,11 @@ def holdout_note(held: Held, doubted: bool) -> tuple[str, ...]:
         return (
             f"beyond what was fitted the claim is not to be trusted{sure}: it misses the held-out recordings "
             f"by {after:.3g} times the noise, the model without it by {before:.3g}",
+        )
+    if doubted and not_better(held):
+        return (
+            f"the claim is half as sure, as it predicts the held-out recordings no better than the model "
+            f"without it: it misses them by {after:.3g} times the noise, the model by {before:.3g}",
         )
     if doubted:
         return (
