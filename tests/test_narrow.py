@@ -10,7 +10,13 @@ from scipy.optimize import brentq
 
 import modelgen as mg
 from modelgen.diagnose import diagnose
+from modelgen.diagnose.diagnosis import set_up
+from modelgen.diagnose.gate.narrow import glitch
+from modelgen.diagnose.ground import prepare
+from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
+from modelgen.diagnose.hypotheses.setting import Outcome
 from modelgen.diagnose.noise.glitches import by_chance
+from modelgen.effects import CATALOGUE
 
 SHARE, MASS = 0.3, 0.013
 """Of the moving mass, that is a rod with waves in it; and all of it [kg]."""
@@ -71,3 +77,30 @@ def test_glitches_side_by_side_in_one_of_two_sweeps_are_no_physics(tmp_path: Pat
     found = diagnose(case, model)
     assert found.adequate
     assert any("outlier" in n for n in found.notes)
+
+
+def test_a_resonance_beside_another_effect_that_stands_on_one_sample_is_a_glitch(tmp_path: Path) -> None:
+    """In the only sweep, whose spring loses a share of its energy in each cycle; one sample is wrong."""
+    rng = np.random.default_rng(7)
+    f, wrong = np.geomspace(20, 5e3, 201), 60
+    s = 2j * np.pi * f
+    Z = 6 + 3e-4 * s + 36 / (0.4 + 0.0121 * s + 2.5e3 * (1 + 0.1j) / s)
+    Z *= 1 + 1e-3 * (rng.standard_normal(f.size) + 1j * rng.standard_normal(f.size))
+    Z[wrong] *= 1.05
+    write_sweep(tmp_path / "z.csv", f, Z)
+    (tmp_path / "case.toml").write_text(TWO.partition("[[recording]]")[0] + '[[recording]]\nfile = "z.csv"\n')
+    model, case = mg.open_case(tmp_path / "case.toml")
+    ground = prepare(model, case, 0, [np.zeros(f.size, dtype=bool)])
+    setting = set_up(model, case, ground, CATALOGUE)
+    by_name = {a.shared[0]: a for a in setting.additions}
+    loss, mode = by_name["structural_damping_H"], by_name["second_mode_M_2"]
+    pair, one = make_hypotheses(model, case, setting.series, [(loss, mode), (loss,)])
+    base = ground.base
+    less = ground.judge.fit(one, [one.place(base.hypothesis, base.theta, {})])
+    start = {"second_mode_M_2": 1e-4, "second_mode_omega_2": 2 * np.pi * f[wrong], "second_mode_Q": 300.0}
+    more = ground.judge.fit(pair, [pair.place(one, less.theta, start)])
+    assert more.chi2 < less.chi2 - 1000
+    found = glitch(Outcome(ground.judge, base, more, (less, more), ()))
+    assert found is not None
+    assert np.flatnonzero(found[0]).tolist() == [wrong]
+    assert glitch(Outcome(ground.judge, base, less, (less,), ())) is None
