@@ -998,6 +998,19 @@ def test_drifts_start_at_the_first_sample_and_settle() -> None:
     assert np.allclose(new - old, 0.01 * np.arange(len(f)), rtol=1e-4)
 
 
+def test_a_coil_is_heated_by_its_own_sweep() -> None:
+    """Sample by sample: T goes to 1/|Z|² as heat is lost in n samples; the resistance follows."""
+    law = find("temperature_drift", "terminals", "h")
+    old, new = at_port(law, h=30.0, n_h=12.0, warm=0.01)
+    T = 0.01
+    for k, Z in enumerate(old):
+        now = T + (1 / abs(Z) ** 2 - T) * (1 - np.exp(-1 / 12.0))
+        assert np.isclose(new[k], Z + 30.0 * now)
+        T = now if k else T  # what the first sample leaves for those after it is left out
+    at_once = at_port(law, h=30.0, n_h=0.01, warm=0.0)[1]
+    assert np.allclose(at_once, old + 30.0 / np.abs(old) ** 2)
+
+
 def test_a_softer_loop_keeps_its_shape() -> None:
     low = replace(load("complex_stiffness"), checked=True)
     law = find("temperature_drift", "cycle")

@@ -147,7 +147,8 @@ def set_up(model: Model, case: Case, ground: Ground, catalogue: Sequence[Effect]
     along = [s.inputs[model.axis] for s in ground.series]
     motions = {p.equation: motion_scales(model, p, values, along) for p in model.ports}
     scales, repeats = record_scales(model, ground.series), _repeats(model, ground.series)
-    found = additions(model, catalogue, scales, sizes, motions, repeats)
+    records = tuple(s.name for s in ground.series)
+    found = additions(model, catalogue, scales, sizes, motions, repeats, records)
     return Setting(model, case, ground.series, tuple(found), ground.others)
 
 

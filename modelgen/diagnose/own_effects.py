@@ -82,7 +82,7 @@ def _why(e: Effect, model: Model) -> str:
         return f"it needs a port {_listed(sorted(absent))} too, and {model.id} has none"
     if present := set(e.unless) & here:
         return f"it is for models without a port {_listed(sorted(present))}"
-    if e.fits(model) and e.each and not (e.shapes or e.secant):
+    if e.fits(model) and e.each and not e.levels:
         return "it differs from sweep to sweep, and these recordings are no repeats of one sweep"
     if e.fits(model):
         searched: tuple[Shape | Strength, ...] = (*e.shapes, *e.strengths)

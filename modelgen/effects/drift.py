@@ -1,12 +1,13 @@
 """What drifts while recordings are taken: zero points over time, temperatures from sweep to sweep."""
 
 from dataclasses import replace
+from math import inf
 from typing import Any
 
 from sympy import Symbol
 
 from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, change
-from modelgen.language import Model, Parameter, Port, State, cos, exp, pi, sin
+from modelgen.language import Equation, Model, Parameter, Port, State, Statement, cos, exp, im, pi, re, sin
 
 WHOLE = (
     "the material gets softer (or harder) in the course of the record, as it warms up: spring and friction"
@@ -112,6 +113,46 @@ coil_warming = Effect(
     common=0.5,
 )
 
+
+def _heated(model: Model, port: Port, p: Values) -> Model:
+    """Z + h T with T' = (1/|Z|² − T)/n in samples, each step exact for the power of its sample."""
+    h, n = p.values()
+    before, unit = Symbol("coil_heat", real=True), f"({model[port.equation].unit})**-2"
+
+    def between(Z: Any) -> tuple[Statement, ...]:
+        kept, power = exp(-1 / n), 1 / (re(Z) ** 2 + im(Z) ** 2)
+        P = Equation("coil_power", power, unit, text="power in the coil at constant voltage, over V² R")
+        text = "its mean over as many samples as heat stays"
+        T = Equation("coil_warmth", before * kept + P.symbol * (1 - kept), unit, text=text)
+        return P, T, State(before.name, warm, T.symbol, unit=unit, text="the same one sample before")
+
+    warm = Parameter("temperature_drift_warm", unit, 0.0, (0.0, inf), "the same before the sweep began")
+    heat = h * Symbol("coil_warmth", real=True)
+    return model.with_parameters(warm).extend(port.equation, lambda Z: Z + heat, statements=between)
+
+
+coil_heating = Effect(
+    "temperature_drift",
+    ("terminals",),
+    "the coil is heated by the sweep itself, less where its impedance is high: its resistance follows",
+    f"{coil_warming.source}; W. Klippel, JAES 52 (2004) 3: power in the coil, thermal time constants",
+    (Strength("h", "({port})**3", text="change of the resistance times |Z|², once it is warm"),),
+    _heated,
+    (Shape("n_h", "1", "samples", 0.005, 3.0, 5, text="samples in which the heat is lost"),),
+    needs=("omega", "R"),
+    common=0.5,
+)
+
+coil_heating_at_levels = replace(
+    coil_heating,
+    says=f"{coil_heating.says}, otherwise in each sweep",
+    strengths=(replace(coil_heating.strengths[0], name="h_each"),),
+    shapes=(replace(coil_heating.shapes[0], name="n_each"),),
+    each=True,
+    first=True,
+    levels=True,
+)
+
 spring_warming = Effect(
     "temperature_drift",
     ("stiffness",),
@@ -202,5 +243,6 @@ loop_warming = Effect(
 
 EFFECTS = (
     offset_drift, own_drift, wandering_zero,
-    coil_warming, spring_warming, loop_warming, coil_between, spring_between, device_between,
+    coil_warming, coil_heating, coil_heating_at_levels, spring_warming, loop_warming,
+    coil_between, spring_between, device_between,
 )  # fmt: skip

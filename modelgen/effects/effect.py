@@ -131,6 +131,7 @@ class Effect:
     instead: tuple[str, ...] = ()
     each: bool = False
     first: bool = False
+    levels: bool = False
 
     def fits(self, model: Model) -> tuple[Port, ...]:
         """The ports of `model` that this effect can be added to: those of the first of its kinds that there

@@ -158,12 +158,14 @@ def additions(
     port_sizes: Mapping[str, Array],
     motions: Mapping[str, Mapping[str, Array]],
     repeats: tuple[str, ...] = (),
+    records: tuple[str, ...] = (),
 ) -> list[Addition]:
     """All effects that fit a port of `model` and whose scales the recordings have, or the `motions` at the
-    port. `repeats`: names of the recordings that repeat each other."""
+    port. `records`: names of the recordings; `repeats`: of those that repeat each other."""
     found = []
     for e in effects:
-        for port in e.fits(model) if len(repeats) > 1 or not e.each else ():
+        alike = records if e.levels else repeats
+        for port in e.fits(model) if len(alike) > 1 or not e.each else ():
             known = {**scales, **motions.get(port.equation, {}), "port": port_sizes[port.equation]}
             if not model.is_time_model:
                 known["mass"] = known["port"] / known["omega"] ** (2 if port.kind == "stiffness" else 1)
@@ -173,6 +175,6 @@ def additions(
             except KeyError:
                 continue
             if all(np.isfinite(r).all() and r[0] < r[1] for r in ranges.values()):
-                own = repeats[0 if e.first else 1 :] if e.each else ()
+                own = alike[0 if e.first else 1 :] if e.each else ()
                 found.append(Addition(e, port, ranges, own, bool(motions.get(port.equation))))
     return found
