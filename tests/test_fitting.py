@@ -187,6 +187,24 @@ def test_a_hold_out_that_begins_elsewhere_is_found() -> None:
     assert result["x_0[c]"].value == pytest.approx(-0.67, abs=0.01)
 
 
+def test_a_hold_out_that_misses_may_have_an_own_parameter_that_was_nothing_elsewhere() -> None:
+    """Nothing tells how far it is to be looked for, and no bound ends it."""
+    t, (a, b) = Input("t", "s"), (Parameter("a", "mm/s", 1.0), Parameter("b", "mm/s**2", 0.0, (0.0, np.inf)))
+    model = Model("bent", (t,), (a, b), (Equation("y", a * t + b * t**2, "mm"),), ("y",))
+    time = np.linspace(0.1, 1.0, 50)
+
+    def record(name: str, role: str, y: Any, seed: int) -> Recording:
+        noise = 1e-3 * np.random.default_rng(seed).standard_normal(len(time))
+        return Recording(name, None, role, {"t": time}, {"y": y + noise})
+
+    fitted = [record(name, "fit", 2 * time - 0.05 * time**2, k) for k, name in enumerate("ab")]
+    held = record("c", "holdout", np.sin(9 * time), 3)
+    settings: Any = {"per_recording": ("b",), "noise": Noise({"y": 1e-3})}
+    result = fit(model, Case(None, "bent", (*fitted, held), **settings))
+    assert result["b[c]"].value == pytest.approx(0.0, abs=1e-6)
+    assert result.rms_over_noise["holdout"] > 100
+
+
 def test_what_is_refitted_on_a_hold_out_is_marked_in_the_table() -> None:
     case = rubber(loop("a"), loop("c", "holdout", 2, F_0=2.0, r_0=0.3), per_recording=("F_0",))
     to = Console(width=120, record=True, file=StringIO())

@@ -42,7 +42,9 @@ def fitted_alone(
 
 
 def _bounded(problem: Problem, others: Sequence[Vector]) -> Problem:
-    """`problem` with finite bounds: as far as ten times the values of other recordings, where it has none."""
+    """`problem` with finite bounds: where it has none, as far as ten times the values of other recordings, or
+    1 where all of them are 0."""
     far = 10 * np.max(np.abs([problem.start, *others]), axis=0)
+    far = np.where(far > 0, far, 1.0)
     low = np.where(np.isfinite(problem.lower), problem.lower, -far)
     return replace(problem, lower=low, upper=np.where(np.isfinite(problem.upper), problem.upper, far))
