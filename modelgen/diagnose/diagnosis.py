@@ -184,6 +184,7 @@ def _searched(
     again = prepare(model, case, seed, seen)
     anew = set_up(model, case, again, catalogue)
     found = search(anew, again.base, again.judge, progress)
+    # what stands on one sweep's few samples has nothing else for it, however well it explains them
     if alone is None and rather(outcome.judge, outcome.best, found.best):
         return ground, setting, outcome
     return again, anew, found
