@@ -12,7 +12,7 @@ import pytest
 import sympy as sp
 from interpreter import Reading
 from scipy.integrate import solve_ivp
-from scipy.special import iv, j1, struve
+from scipy.special import iv, j1, jv, struve
 
 from modelgen.effects import CATALOGUE, Effect
 from modelgen.effects.effect import unit_omega
@@ -994,8 +994,26 @@ def test_drifts_start_at_the_first_sample_and_settle() -> None:
     assert np.allclose(F, whole * (1 - 0.01 * (t - 100)), rtol=1e-4, atol=1e-9)
     F = force(find("temperature_drift", "force"), motion, dc=0.02, tau_c=1e6)
     assert np.allclose(F, 0.02 * (t - 100) * motion["v"], rtol=1e-4, atol=1e-9)
-    old, new = at_port(find("temperature_drift", "electrical_impedance"), dR=0.01, n_R=1e6)
-    assert np.allclose(new - old, 0.01 * np.arange(len(f)), rtol=1e-4)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_warm_coil_resists_more_in_all_that_goes_with_its_resistance(order: int) -> None:
+    """R + dR s in the place of R: in what the skin effect adds, too, whichever effect was added first."""
+    warming = find("temperature_drift", "electrical_impedance", "dR")
+    skin = find("coil_ac_resistance", "electrical_impedance", "tau_s")
+    model = replace(load("electrodynamic_transducer"), checked=True)
+    for e in (warming, skin)[::order]:
+        model = e.extend(model, e.fits(model)[0])
+
+    def Z(dR: float, tau_s: float) -> Array:
+        effects = {"temperature_drift_dR": dR, "coil_ac_resistance_tau_s": tau_s}
+        return Reading(model)({"f": f}, **COIL, **effects, temperature_drift_n_R=1e6)["Z_e"]
+
+    warmer = 0.01 * np.arange(len(f))
+    assert np.allclose(Z(0.01, 1e-12) - Z(0.0, 1e-12), warmer, rtol=1e-4)
+    x = np.sqrt(-1j * w / 3e3)
+    wire = x * jv(0, x) / (2 * jv(1, x))
+    assert np.allclose(Z(0.01, 1 / 3e3) - Z(0.0, 1 / 3e3), warmer * wire, rtol=1e-4)
 
 
 def test_a_coil_is_heated_by_its_own_sweep() -> None:

@@ -30,7 +30,7 @@ from modelgen.diagnose.hypotheses.moderate import moderated
 from modelgen.diagnose.hypotheses.open_shapes import fairly_priced
 from modelgen.diagnose.hypotheses.ranking import Standing, as_ranked, close, standings, weights
 from modelgen.diagnose.hypotheses.refit import Fit, mean_square, plain_white
-from modelgen.diagnose.hypotheses.setting import CLOSE, Outcome, Setting
+from modelgen.diagnose.hypotheses.setting import CLOSE, Outcome, Setting, nearest
 from modelgen.diagnose.verdict import Finding, Trial, Verdict
 from modelgen.fit.result import Estimate
 from modelgen.fit.series import Array
@@ -62,19 +62,20 @@ def conclude(
     sensitivities = port_sensitivities(setting, outcome.base)
     decided = _decide(setting, outcome, sensitivities, oddity)
     setting, outcome, gate, best = decided.setting, decided.outcome, decided.gate, decided.best
-    held = look_at_holdout(setting, outcome, best, gate.scale)
-    base_estimates = parameters(outcome.judge, outcome.base)
+    base = best if best is outcome.base else nearest(setting, outcome.base)
+    held = look_at_holdout(setting, replace(outcome, base=base), best, gate.scale)
+    base_estimates = parameters(outcome.judge, base)
     after_estimates = parameters(outcome.judge, best) if gate.unknown else averaged(outcome, best)
     doubted = bool(decided.standing) and not carries_over(held)
     standing = _halved(decided.standing) if doubted else decided.standing
     findings = _findings(setting, outcome, standing, after_estimates, gate)
     port = findings[0].port if findings else "model"
-    shown = traces(setting, outcome.base, best, marks, held, gate.scale)
+    shown = traces(setting, base, best, marks, held, gate.scale)
     law, path = extended(setting, best, after_estimates, out)
     return Verdict(
         model=setting.model.id,
         adequate=not findings,
-        mismatch=locate(setting.model, setting.series, plain_white(outcome.base), port, gate.floor)
+        mismatch=locate(setting.model, setting.series, plain_white(base), port, gate.floor)
         if findings
         else (),
         effects=findings,
@@ -91,7 +92,7 @@ def conclude(
         curve=port_curve(setting, best, sensitivities, port),
         notes=(
             *notes, *gate.notes, *decided.vague, *disagreement_note(setting, outcome, best, gate.scale),
-            *bound_note(setting, outcome.base),
+            *bound_note(setting, base),
             *blind_note(setting, outcome), *held.notes, *holdout_note(held, doubted),
         ),
         noise=gate.noise,
@@ -119,7 +120,7 @@ def _decide(
         outcome = fairly_priced(setting, outcome, exempt=is_unlisted)
         standing = standings(outcome)
         outcome, standing, vague = likely(setting, outcome, standing)
-    standing = _as_far_as_it_reaches(outcome, gate, standing)
+    standing = _as_far_as_it_reaches(setting, outcome, gate, standing)
     return Decision(setting, outcome, gate, moderated(outcome.judge, outcome.best), standing, vague)
 
 
@@ -129,11 +130,11 @@ def _halved(standing: Sequence[Standing]) -> tuple[Standing, ...]:
 
 
 def _as_far_as_it_reaches(
-    outcome: Outcome, gate: Gate, standing: tuple[Standing, ...]
+    setting: Setting, outcome: Outcome, gate: Gate, standing: tuple[Standing, ...]
 ) -> tuple[Standing, ...]:
     """Less sure names where far more than noise is left: by the part of the way to the recordings that is
     missing."""
-    before, after = (mean_square(plain_white(f)) for f in (outcome.base, outcome.best))
+    before, after = (mean_square(plain_white(f)) for f in (nearest(setting, outcome.base), outcome.best))
     reached = reach(before, after, gate.floor)
     return tuple(replace(x, probability=x.probability * reached) for x in standing)
 

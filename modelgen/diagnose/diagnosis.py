@@ -149,7 +149,7 @@ def set_up(model: Model, case: Case, ground: Ground, catalogue: Sequence[Effect]
     scales, repeats = record_scales(model, ground.series), _repeats(model, ground.series)
     records = tuple(s.name for s in ground.series)
     found = additions(model, catalogue, scales, sizes, motions, repeats, records)
-    return Setting(model, case, ground.series, tuple(found), ground.others)
+    return Setting(model, case, ground.series, tuple(found), ground.others, base=ground.base)
 
 
 def _repeats(model: Model, series: Sequence[Series]) -> tuple[str, ...]:

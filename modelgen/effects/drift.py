@@ -6,8 +6,9 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, change
+from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, unit_of
 from modelgen.language import Equation, Model, Parameter, Port, State, Statement, cos, exp, im, pi, re, sin
+from modelgen.language.model import substituted
 
 WHOLE = (
     "the material gets softer (or harder) in the course of the record, as it warms up: spring and friction"
@@ -82,19 +83,44 @@ wandering_zero = Effect(
 )
 
 
-def _in_order(model: Model, port: Port, settled: Parameter, change: Any) -> Model:
-    """The port's quantity x becomes change(x, s), where s counts the samples of the sweep as recorded, and
-    settles."""
+def _counted(model: Model, settled: Parameter) -> tuple[Any, tuple[Statement, ...]]:
+    """s, which counts the samples of the sweep as recorded, and settles; and the statements it needs."""
     n = State("sample", 0, Symbol("sample", real=True) + 1, text="samples since the start of the record")
-    s = settled * (1 - exp(-n / settled))
-    counted = () if any(q.name == n.name for q in model.statements) else (n,)
+    there = any(q.name == n.name for q in model.statements)
+    return settled * (1 - exp(-n / settled)), () if there else (n,)
+
+
+def _in_order(model: Model, port: Port, settled: Parameter, change: Any) -> Model:
+    """The port's quantity x becomes change(x, s), s as in `_counted`."""
+    s, counted = _counted(model, settled)
     return model.extend(port.equation, lambda x: change(x, s), statements=counted)
+
+
+def _resists(model: Model, port: Port, more: Any, before: tuple[Statement, ...] = ()) -> Model:
+    """`more` resistance of the winding, and as much more of what is in proportion to it, as skin and
+    proximity add; in series, where the model does not say which parameter that is."""
+    R = dict(port.variables).get("R")
+    if not isinstance(R, Symbol):
+        return model.extend(port.equation, lambda Z: Z + more, statements=before)
+    warm = Equation(f"{R.name}_warm", R + more, unit_of(model, R), text="resistance as the coil is warm")
+    table = {R: warm.symbol}
+    new = [substituted(q, table) for q in model.statements]
+    first = next(k for k, (q, was) in enumerate(zip(new, model.statements, strict=True)) if q != was)
+    ports = tuple(
+        replace(q, variables=tuple((n, x.xreplace(table)) for n, x in q.variables)) for q in model.ports
+    )
+    return replace(model, statements=(*new[:first], *before, warm, *new[first:]), ports=ports)
 
 
 def _settles_in(name: str) -> Shape:
     return Shape(
         name, "1", "samples", 0.2, 10.0, 4, text="samples in which it settles; many for a steady drift"
     )
+
+
+def _warming(model: Model, port: Port, p: Values) -> Model:
+    s, counted = _counted(model, p["n_R"])
+    return _resists(model, port, p["dR"] * s, counted)
 
 
 coil_warming = Effect(
@@ -107,7 +133,7 @@ coil_warming = Effect(
             "dR", "{port}", bounds=ANY, text="change of the resistance per sample at the start of the record"
         ),
     ),
-    lambda model, port, p: _in_order(model, port, p["n_R"], lambda Z, s: Z + p["dR"] * s),
+    _warming,
     (_settles_in("n_R"),),
     needs=("omega",),
     common=0.5,
@@ -188,7 +214,7 @@ coil_between = Effect(
     "the coil is warmer (or colder) in one sweep than in another: its resistance differs between them",
     coil_warming.source,
     (OTHER_R,),
-    change(lambda Z, at, p: Z + p["dR_each"]),
+    lambda model, port, p: _resists(model, port, p["dR_each"]),
     needs=("omega",),
     common=0.5,
     each=True,
@@ -213,7 +239,7 @@ device_between = Effect(
     f"{coil_warming.source}; {WARMTH}",
     (replace(OTHER_R, name="dR_both"), replace(OTHER_K, name="dK_both")),
     lambda model, port, p: _another_stiffness(
-        model.extend(port.equation, lambda Z: Z + p["dR_both"]), p["dK_both"]
+        _resists(model, port, p["dR_both"]), p["dK_both"]
     ),
     needs=("omega",),
     also=("stiffness",),

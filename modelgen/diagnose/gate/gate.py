@@ -20,7 +20,7 @@ from modelgen.diagnose.gate.unlisted import best_unlisted, refused, with_rivals
 from modelgen.diagnose.gate.wholly import CREDIBLE, FAR, but_noise, wholly_described
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE, standings
 from modelgen.diagnose.hypotheses.refit import Fit, mean_square, plain_white
-from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting
+from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting, nearest
 from modelgen.diagnose.noise.noise import FITS, first_order, fitful, scatter
 from modelgen.diagnose.noise.recolour import CONTENDERS, GROSS_ESTIMATED, beyond
 from modelgen.diagnose.search.claim import own_gain
@@ -74,7 +74,7 @@ def judge_adequacy(
     """Gate on the residual of the best hypothesis, and on what the outliers have in common (`oddity`)."""
     best = outcome.best
     plain = plain_white(best)
-    after, before = mean_square(plain), mean_square(plain_white(outcome.base))
+    after, before = mean_square(plain), mean_square(plain_white(nearest(setting, outcome.base)))
     many = plain[0].shape[1] >= 8
     pairs = zip(setting.series, plain, strict=True)
     rough = float(np.mean([scatter(s, x) ** 2 for s, e in pairs for x in e])) if many else 1.0

@@ -49,7 +49,7 @@ def kept_along_path(setting: Setting, outcome: Outcome) -> tuple[Setting, Outcom
         series = _with_path(setting, base)
         if series is None:
             return None
-        less = replace(setting, series=series)
+        less = replace(setting, series=series, base=None)
         judge = white_judge(series)
         base = judge.fit(on(base.hypothesis, series), [base.theta])
         if len(outcome.best.ids) == 1 and _sure(judge, base, outcome.best, series):

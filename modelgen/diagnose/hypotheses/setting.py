@@ -8,7 +8,7 @@ from math import log
 from typing import TypeVar
 
 from modelgen.diagnose.hypotheses.addition import Addition
-from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit
 from modelgen.fit.pool import share
 from modelgen.fit.series import Array, Series
 from modelgen.language import Model
@@ -37,7 +37,8 @@ class Setting:
     """What a search works on.
 
     others: θ of further optima of the base, which may be nearer to the truth. averaged: whether samples are
-    averages of blocks, in which a noise that is stated of each counts as independent.
+    averages of blocks, in which a noise that is stated of each counts as independent. base: the base as it
+    was fitted to these series at first, as if all noise were independent.
     """
 
     model: Model
@@ -46,6 +47,7 @@ class Setting:
     additions: tuple[Addition, ...]
     others: tuple[Array, ...] = ()
     averaged: bool = False
+    base: Fit | None = None
     beam: int = 3
     refits: int = 12
     pairs: int = 5
@@ -74,3 +76,9 @@ class Outcome:
     best: Fit
     tried: tuple[Fit, ...]
     blind: tuple[Addition, ...]
+
+
+def nearest(s: Setting, base: Fit) -> Fit:
+    """The base as it comes nearest to the recordings as they are: by a colour that is its own misfit's, a fit
+    may be led far away."""
+    return base if s.base is None or misfit(base) <= misfit(s.base) else s.base

@@ -6,7 +6,7 @@ import numpy as np
 
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, plain_white
-from modelgen.diagnose.hypotheses.setting import ALARM, Setting
+from modelgen.diagnose.hypotheses.setting import ALARM, Setting, nearest
 from modelgen.diagnose.noise.noise import FITS
 from modelgen.diagnose.noise.recolour import own_noises
 from modelgen.diagnose.noise.replica import motion_matters
@@ -53,7 +53,7 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     mends = new.parameters > old.parameters and not other
     off = INEXACT["time" if s.model.is_time_model else "sweep"][len(old.ids)]
     off *= MENDED if s.model.is_time_model and _to_noise(old, new) else 1.0
-    inexact = off**2 * (misfit(base) - misfit(new)) if old.ids and mends else -np.inf
+    inexact = off**2 * (misfit(nearest(s, base)) - misfit(new)) if old.ids and mends else -np.inf
     if judge.temper > 1.0:  # that something is missing is beyond doubt: the first effect is the best account
         seen = new.chi2 < WORTH * old.chi2 and misfit(old) - misfit(new) > inexact
         return seen and old.bic - new.bic > (alarm if old.ids else 0.0)
