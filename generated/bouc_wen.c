@@ -79,12 +79,47 @@ static inline double mg_bouc_wen_near(const double q, const double x, const doub
     return q + x * (k1 + 2.0 * (k2 + k3) + k4) / 6.0;
 }
 
-/* q after the way x >= 0: Newton from the side where it is monotonic, after a short way from next to its end;
- * while loading, in s = -ln(1 - q). */
+/* q after a way x that is short against the one from 0, by Taylor's series: of y = |q|, y' = +-(1 - p), and of
+ * p = c y^n, p' = n p y'/y. 2 where its MG_BOUC_WEN_TERMS do not settle. */
+#define MG_BOUC_WEN_TERMS 20
+static inline double mg_bouc_wen_taylor(const double q, const double x, const double n, const double sigma)
+{
+    const double step = (q > 0.0) ? x : -x;
+    double y[MG_BOUC_WEN_TERMS + 1];
+    double p[MG_BOUC_WEN_TERMS];
+    y[0] = fabs(q);
+    p[0] = ((q > 0.0) ? 1.0 : 1.0 - 2.0 * sigma) * pow(y[0], n);
+    y[1] = step * (1.0 - p[0]);
+    if (!(fabs(y[1]) < 0.5 * y[0])) {
+        return 2.0;
+    }
+    const double over = 1.0 / y[0];
+    double sum = y[0] + y[1];
+    for (int k = 1; k < MG_BOUC_WEN_TERMS; ++k) {
+        double part = 0.0;
+        for (int i = 1; i <= k; ++i) {
+            part += ((n + 1.0) * (double)i - (double)k) * y[i] * p[k - i];
+        }
+        p[k] = part * over / (double)k;
+        y[k + 1] = -step * p[k] / ((double)k + 1.0);
+        sum += y[k + 1];
+        if (fabs(y[k]) + fabs(y[k + 1]) < 1e-17 * y[0]) {
+            return (q > 0.0) ? sum : -sum;
+        }
+    }
+    return 2.0;
+}
+
+/* q after the way x >= 0. A long one by Newton from the side where it is monotonic, after a short way from next
+ * to its end; while loading, in s = -ln(1 - q). */
 static inline double mg_bouc_wen_step(const double q, const double x, const double n, const double sigma)
 {
     if (!(q < 1.0) || x == 0.0) {
         return q;
+    }
+    const double soon = mg_bouc_wen_taylor(q, x, n, sigma);
+    if (soon < 1.0) {
+        return soon;
     }
     double power[24];
     for (int i = 0; i < 24; ++i) {
@@ -144,6 +179,16 @@ static inline double mg_bouc_wen_step_x(const double end, const double n, const 
     return mg_bouc_wen_rate(end, n, sigma);
 }
 
+/* Gauss's rule on -1..1, for ways that are short against the one from 0 */
+static const double mg_bouc_wen_inner[8] = {
+    -0.9602898564975363, -0.7966664774136267, -0.525532409916329, -0.1834346424956498,
+    0.1834346424956498, 0.525532409916329, 0.7966664774136267, 0.9602898564975363
+};
+static const double mg_bouc_wen_share[8] = {
+    0.1012285362903763, 0.2223810344533745, 0.3137066458778873, 0.362683783378362,
+    0.362683783378362, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763
+};
+
 /* Derivative of the way by n. */
 static inline double mg_bouc_wen_way_n(const double q, const double n, const double sigma)
 {
@@ -162,12 +207,47 @@ static inline double mg_bouc_wen_way_n(const double q, const double n, const dou
     return q * sum + ((q > 0.0) ? log1p(-q) / (n * n) : 0.0);
 }
 
+/* The same between q and `end`, which are near each other, loading: over s = -ln(1 - q). */
+static inline double mg_bouc_wen_loading_n(const double from, const double to, const double n)
+{
+    double sum = 0.0;
+    for (int i = 0; i < 8; ++i) {
+        const double rest = exp(-0.5 * (from + to + (to - from) * mg_bouc_wen_inner[i]));  /* 1 - q */
+        const double ln = log1p(-rest);
+        const double rate = -expm1(n * ln);
+        sum += mg_bouc_wen_share[i] * (1.0 - rate) * ln * rest / (rate * rate);
+    }
+    return 0.5 * (to - from) * sum;
+}
+
+/* The same, unloading. */
+static inline double mg_bouc_wen_unloading_n(const double q, const double end, const double n, const double sigma)
+{
+    double sum = 0.0;
+    for (int i = 0; i < 8; ++i) {
+        const double ln = log(-0.5 * (q + end + (end - q) * mg_bouc_wen_inner[i]));
+        const double part = (1.0 - 2.0 * sigma) * exp(n * ln);
+        sum += mg_bouc_wen_share[i] * part * ln / ((1.0 - part) * (1.0 - part));
+    }
+    return 0.5 * (end - q) * sum;
+}
+
 static inline double mg_bouc_wen_step_n(const double end, const double q, const double n, const double sigma)
 {
-    if (!(end < 1.0)) {
+    if (!(end < 1.0) || end == q) {
         return 0.0;
     }
-    return mg_bouc_wen_rate(end, n, sigma) * (mg_bouc_wen_way_n(q, n, sigma) - mg_bouc_wen_way_n(end, n, sigma));
+    const double rate = mg_bouc_wen_rate(end, n, sigma);
+    if (q > 0.0) {
+        const double from = -log1p(-q);
+        const double to = -log1p(-end);
+        if (to < 2.0 * from && to - from < 0.5) {
+            return -rate * mg_bouc_wen_loading_n(from, to, n);
+        }
+    } else if (end < 0.5 * q) {
+        return -rate * mg_bouc_wen_unloading_n(q, end, n, sigma);
+    }
+    return rate * (mg_bouc_wen_way_n(q, n, sigma) - mg_bouc_wen_way_n(end, n, sigma));
 }
 
 /* Derivative of the way by sigma, which it has while unloading. */
@@ -185,6 +265,18 @@ static inline double mg_bouc_wen_way_sigma(const double q, const double n, const
 
 static inline double mg_bouc_wen_step_sigma(const double end, const double q, const double n, const double sigma)
 {
+    if (!(q < 0.0) || end == q) {
+        return 0.0;
+    }
+    if (end < 0.5 * q) {
+        double sum = 0.0;
+        for (int i = 0; i < 8; ++i) {
+            const double part = pow(-0.5 * (q + end + (end - q) * mg_bouc_wen_inner[i]), n);
+            const double whole = 1.0 + (2.0 * sigma - 1.0) * part;
+            sum += mg_bouc_wen_share[i] * part / (whole * whole);
+        }
+        return mg_bouc_wen_rate(end, n, sigma) * (end - q) * sum;
+    }
     const double gap = mg_bouc_wen_way_sigma(q, n, sigma) - mg_bouc_wen_way_sigma(end, n, sigma);
     return mg_bouc_wen_rate(end, n, sigma) * gap;
 }

@@ -76,11 +76,11 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
 
 
 def _beyond_noise(s: Setting, judge: Judge, old: Fit, new: Fit) -> bool:
-    """Whether `old` leaves more of sweeps than a noise that is stated, whatever its colour, or a smooth error
+    """Whether `old` leaves more than a noise that is stated, whatever its colour, or in sweeps a smooth error
     of the instrument, and `new` does not: then something is missing, and an effect is the better account."""
-    if s.model.is_time_model or not all(x.stated for x in s.series):
+    if not all(x.stated for x in s.series) or not _far(old) or _far(new):
         return False
-    return _far(old) and not _far(new) and smooth_error(judge, old)[2] is None
+    return s.model.is_time_model or smooth_error(judge, old)[2] is None
 
 
 def _to_noise(old: Fit, new: Fit) -> bool:
