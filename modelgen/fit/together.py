@@ -42,6 +42,10 @@ class Together:
         """(k,) the part that is taken away along each mode."""
         return np.asarray(1 - 1 / np.sqrt(1 + self.size))
 
+    def scaled(self, factor: float) -> Together:
+        """The same with B so many times as large."""
+        return Together(self.modes, factor**2 * self.size)
+
     def weighed(self, keep: Array) -> Together:
         """Where samples count with a weight lower by `keep` (n,): what is common counts less, too."""
         return Together.of(keep[:, None] * self.modes * np.sqrt(self.size))

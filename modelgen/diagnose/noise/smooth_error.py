@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -137,18 +138,17 @@ def with_smooth(
 
     A shared error is √m as large in each of m sweeps, so that their mean is as uncertain."""
     rms = found.rms * (np.sqrt(len(whiteners)) if found.shared else 1.0)
+    alike = _unit(tuple(x.tobytes() for x in lnf), found.length)
     roots = [
-        Together.of(q * rms * _kept(w)[:, None] * modes)
-        for w, modes, q in zip(
-            whiteners, smooth_modes(lnf, found.length), over or [1.0] * len(whiteners), strict=True
-        )
+        (one if w.share is None else one.weighed(w.share)).scaled(q * rms)
+        for w, one, q in zip(whiteners, alike, over or [1.0] * len(whiteners), strict=True)
     ]
     return tuple(
         replace(w, ar=None, band=None, undo=None, root=r) for w, r in zip(whiteners, roots, strict=True)
     )
 
 
-def _kept(w: Whitener) -> Array:
-    """(n,) share of each sample's weight that is left: nothing of the process is seen where it is masked."""
-    n = w.weight.shape[-1]
-    return np.ones(n) if w.share is None else w.share
+@lru_cache(maxsize=8)
+def _unit(lnf: tuple[bytes, ...], length: float) -> list[Together]:
+    """A process of size 1 in each sweep; plans of a further one ask for the same again and again."""
+    return [Together.of(modes) for modes in smooth_modes([np.frombuffer(x) for x in lnf], length)]
