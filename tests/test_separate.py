@@ -12,7 +12,7 @@ import pytest
 import modelgen.models as models
 from modelgen.codegen import build
 from modelgen.diagnose.diagnosis import set_up
-from modelgen.diagnose.experiment.foresee import Rivals, excluded, simulated
+from modelgen.diagnose.experiment.foresee import Rivals, chance, excluded, simulated
 from modelgen.diagnose.experiment.menu import Plan, often, plans
 from modelgen.diagnose.experiment.separate import Proposal, propose, separate
 from modelgen.diagnose.ground import prepare
@@ -230,6 +230,11 @@ def test_without_rivals_and_with_one_that_is_the_same(narrow: tuple[Setting, Jud
     assert separate(setting, outcome(judge, fits), fits[0], []) is None
     same = separate(setting, outcome(judge, fits), fits[0], [fits[0]])
     assert same is not None and same.startswith("no recording of this menu would tell them apart")
+
+
+def test_a_rival_that_would_run_away_is_excluded() -> None:
+    """Its square has no floating-point number; what is known of it is half of it, two standard deviations."""
+    assert chance(1e200, 1e200) == pytest.approx(0.977, abs=1e-3)
 
 
 @pytest.mark.parametrize(

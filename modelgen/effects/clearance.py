@@ -218,4 +218,26 @@ gradual_backlash = Effect(
     common=0.5,
 )
 
-EFFECTS = (backlash, loose_spring, dead_zone, free_play, gradual_backlash, gapped_friction)
+
+def _slack(model: Model, port: Port, p: Values) -> Model:
+    """k (z − c) without what is within ±g of it, less the spring k z of a base; no force at z = 0."""
+    g, c = p["g_k"], p["g_k"] * p["c"]
+    return model.extend(port.equation, lambda F: F - p["k_g"] * (c + within(port["z"] - c, g)))
+
+
+slack_spring = Effect(
+    "backlash",
+    ("force",),
+    "the spring has play, as teeth of a gear have: within the gap it is not felt",
+    dead_zone.source,
+    (Strength("k_g", "{port}/({z})", text="stiffness that is missing within the gap"),),
+    _slack,
+    (
+        Shape("g_k", "{z}", "displacement", 0.02, 0.7, 6, text="half of the gap"),
+        Shape("c", "1", "1", -1.0, 1.0, 3, log=False, text="middle of the gap, over half of it"),
+    ),
+    needs=("z",),
+    lacks=("z_prev",),  # there the recorded displacement is
+)
+
+EFFECTS = (backlash, loose_spring, dead_zone, free_play, gradual_backlash, gapped_friction, slack_spring)

@@ -110,7 +110,8 @@ class Effect:
     ids of other physics whose law is the same function of the motion: no recording of this kind tells
     them apart. `instead`: ids that this law is an account instead of, and never beside: free as it is, it
     would take up what their laws are not quite right about. `each`: strengths have a value of their own in
-    each repeat of a sweep, null in the first one unless `first`.
+    each repeat of a sweep, null in the first one unless `first`. `units`: in one of which the port's quantity
+    must be, if there is physics that no other has, a plain number apart.
     """
 
     id: str
@@ -132,6 +133,7 @@ class Effect:
     each: bool = False
     first: bool = False
     levels: bool = False
+    units: tuple[str, ...] = ()
 
     def fits(self, model: Model) -> tuple[Port, ...]:
         """The ports of `model` that this effect can be added to: those of the first of its kinds that there
@@ -146,10 +148,15 @@ class Effect:
                 if p.kind == kind
                 and set(self.needs) <= {n for n, _ in p.variables}
                 and not set(self.lacks) & {n for n, _ in p.variables}
+                and self._is_of(model[p.equation].unit)
             )
             if there:
                 return there
         return ()
+
+    def _is_of(self, unit: str) -> bool:
+        """Whether a quantity in this unit may have the effect."""
+        return not self.units or any(converts(unit, u) for u in (*self.units, "1"))
 
     def parameters(self, model: Model, port: Port) -> dict[str, Parameter]:
         """The effect's parameters as declared in a model: short name → Parameter with unit, bounds and

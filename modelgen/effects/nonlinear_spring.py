@@ -137,6 +137,7 @@ def _magnet(side: int) -> Effect:
         add(_pull(side)),
         (Shape(f"g_{end}", "{z}", "displacement", 1.05, 10.0, 8, text="gap at z = 0"),),
         needs=("z",),
+        units=("N", "N*m"),
     )
 
 

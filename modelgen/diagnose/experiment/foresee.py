@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import erf, log, sqrt
+from math import erf, hypot, log, sqrt
 
 import numpy as np
 
@@ -106,7 +106,7 @@ def chance(lead: float, more: float) -> float:
     """How likely a rival ends up excluded that is expected to be behind by `lead` in BIC, `more` of it by the
     new recording: by noise the χ² by which a wrong law loses has a standard deviation of twice its root."""
     more = max(more, 1.0)
-    return 0.5 * (1 + erf((lead - CLOSE) / sqrt(4 * more + (UNSURE * more) ** 2) / sqrt(2)))
+    return 0.5 * (1 + erf((lead - CLOSE) / hypot(2 * sqrt(more), UNSURE * more) / sqrt(2)))
 
 
 def _left(rivals: Rivals, truth: Fit, rival: Fit, new: Series) -> Exclusion:
