@@ -206,7 +206,9 @@ def test_what_is_wrong_with_a_users_file_is_said_in_one_line(tmp_path: Any) -> N
     (tmp_path / "broken.py").write_text("x = 1\ny = (\n")
     (tmp_path / "fails.py").write_text("\nx = 1 / 0\n")
     (tmp_path / "mine.py").write_text(OWN)
+    (tmp_path / "mixed.py").write_text(OWN + "\nALL = (half_power, 3)\n")
     for spec, says in {
+        "mixed.py": "'ALL[1]' in 'mixed.py' is of type int, wanted an Effect",
         "gone.py": "no file 'gone.py'",
         "mine.txt": "'mine.txt' is no file with effects",
         "none.py": "'none.py' has no effect in it",

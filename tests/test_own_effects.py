@@ -30,6 +30,7 @@ def model() -> Model:
         (replace(rub, also=("electrical",)), "needs a port 'electrical' too, and modified_dahl has none"),
         (replace(rub, unless=("spring",)), "is for models without a port 'spring'"),
         (replace(rub, lacks=("z_prev",)), "is for ports without 'z_prev'"),
+        (replace(rub, units=("V",)), r"is for 'V', and port '\w+' is in 'N/mm'"),
         (replace(rub, each=True), "differs from sweep to sweep, and these recordings are no repeats"),
         (replace(rub, shapes=(Shape("tau", "s", "tme", 1, 2),)), r"no range to search in for tau \('tme'\)"),
     ],

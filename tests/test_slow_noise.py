@@ -81,3 +81,22 @@ def test_slow_noise_is_no_drift(tmp_path: Path, seed: int) -> None:
 def test_a_drift_far_above_slow_noise_is_one(tmp_path: Path) -> None:
     v = judged(tmp_path, 1, 1.0, 0.2)
     assert [e.id for e in v.effects] == ["offset_drift"]
+
+
+@pytest.mark.parametrize("wanders", [0.15, 0.2])
+def test_a_stated_noise_is_no_slow_one(tmp_path: Path, wanders: float) -> None:
+    """Of independent noise, a softening and a drift together make what looks like noise of 1/f."""
+    rng, text = np.random.default_rng(3), 'model = "kelvin_voigt"\n[noise]\nF_m = 0.02\n'
+    for k, (f, A, n, rate) in enumerate([(0.4, 2.0, 1500, 60), (1.2, 1.0, 1800, 150)]):
+        t = np.arange(n) / rate
+        z = A * np.minimum(1, t * f / 4) * np.sin(2 * np.pi * f * t)
+        virgin = np.exp(-((np.cumsum(np.abs(np.diff(z, prepend=0))) / 24) ** 0.7))
+        F = 0.5 * z * (1 + 0.14 * virgin) + 0.02 * np.gradient(z, t) + wanders * (1 - np.exp(-t / 15))
+        F += 0.02 * rng.standard_normal(n)
+        rows = np.column_stack([t, z, F])
+        np.savetxt(tmp_path / f"r{k}.csv", rows, "%.8g", ",", header="t [s],z [mm],F_m [N]", comments="")
+        text += f'[[recording]]\nfile = "r{k}.csv"\n'
+    (tmp_path / "case.toml").write_text(text)
+    v = diagnose(read_case(tmp_path / "case.toml"), load("kelvin_voigt"))
+    assert {e.id for e in v.effects} == {"offset_drift", "stress_softening"}
+    assert v.after.fit_over_noise < 1.02

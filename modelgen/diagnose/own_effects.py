@@ -93,7 +93,9 @@ def _why(e: Effect, model: Model) -> str:
     if absent := set(e.needs) - have:
         wanted, known = _listed(sorted(absent)), _listed(sorted(have))
         return f"it needs {wanted} of port '{port.name}', which has {known}{did_you_mean(min(absent), have)}"
-    return f"it is for ports without {_listed(sorted(set(e.lacks) & have))}"
+    if barred := set(e.lacks) & have:
+        return f"it is for ports without {_listed(sorted(barred))}"
+    return f"it is for {_listed(e.units)}, and port '{port.name}' is in '{model[port.equation].unit}'"
 
 
 def _listed(names: Iterable[str]) -> str:

@@ -238,9 +238,7 @@ device_between = Effect(
     "the device is warmer (or colder) in one sweep than in another: resistance and stiffness differ",
     f"{coil_warming.source}; {WARMTH}",
     (replace(OTHER_R, name="dR_both"), replace(OTHER_K, name="dK_both")),
-    lambda model, port, p: _another_stiffness(
-        _resists(model, port, p["dR_both"]), p["dK_both"]
-    ),
+    lambda model, port, p: _another_stiffness(_resists(model, port, p["dR_both"]), p["dK_both"]),
     needs=("omega",),
     also=("stiffness",),
     common=0.5,

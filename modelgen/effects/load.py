@@ -25,7 +25,7 @@ def load_effects(spec: str | Path, folder: Path | str = ".") -> tuple[Effect, ..
 
 def _pick(shown: str, name: str, names: dict[str, Any]) -> tuple[Effect, ...]:
     """The effects of the user's file, each once, in the order in which they stand."""
-    found = {n: e for n, e in ((n, _effects(v)) for n, v in names.items()) if e}
+    found = {n: e for n, e in ((n, _effects(shown, n, v)) for n, v in names.items()) if e}
     if name:
         if name not in names:
             raise InputError(f"'{shown}' has no '{name}'{did_you_mean(name, found)}")
@@ -42,9 +42,13 @@ def _pick(shown: str, name: str, names: dict[str, Any]) -> tuple[Effect, ...]:
     return tuple(unique)
 
 
-def _effects(value: Any) -> tuple[Effect, ...]:
+def _effects(shown: str, name: str, value: Any) -> tuple[Effect, ...]:
+    """The effects in a value of the user's file; none in what has nothing to do with them."""
     if isinstance(value, Effect):
         return (value,)
-    if isinstance(value, tuple | list) and value and all(isinstance(e, Effect) for e in value):
-        return tuple(value)
-    return ()
+    if not isinstance(value, tuple | list) or not any(isinstance(e, Effect) for e in value):
+        return ()
+    for k, e in enumerate(value):
+        if not isinstance(e, Effect):
+            raise InputError(f"'{name}[{k}]' in '{shown}' is of type {type(e).__name__}, wanted an Effect")
+    return tuple(value)

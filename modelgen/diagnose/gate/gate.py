@@ -17,13 +17,13 @@ from modelgen.diagnose.gate.meter import distorted
 from modelgen.diagnose.gate.narrow import narrow
 from modelgen.diagnose.gate.rivals import LEFT, as_leftover, nearer, outdone
 from modelgen.diagnose.gate.unlisted import best_unlisted, refused, with_rivals
-from modelgen.diagnose.gate.wholly import CREDIBLE, FAR, but_noise, wholly_described
+from modelgen.diagnose.gate.wholly import FAR, but_noise, wholly_described
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE, standings
 from modelgen.diagnose.hypotheses.refit import Fit, mean_square, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting, nearest
 from modelgen.diagnose.noise.noise import FITS, first_order, fitful, scatter
 from modelgen.diagnose.noise.recolour import CONTENDERS, GROSS_ESTIMATED, beyond
-from modelgen.diagnose.search.claim import own_gain
+from modelgen.diagnose.search.claim import CREDIBLE, own_gain
 from modelgen.fit.series import Array
 
 REST = 0.1

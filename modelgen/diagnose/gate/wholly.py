@@ -15,12 +15,11 @@ from modelgen.diagnose.gate.rivals import LEFT
 from modelgen.diagnose.hypotheses.refit import Fit, mean_square, plain_white
 from modelgen.diagnose.hypotheses.setting import Outcome, Setting
 from modelgen.diagnose.noise.recolour import own_colours
+from modelgen.diagnose.search.claim import CREDIBLE
 from modelgen.fit.series import Array
 
 FAR = 1.5
 """Times the noise that named effects leave from which they may be but the nearest that the catalogue has."""
-CREDIBLE = 1.35
-"""A stated noise is believed when the best hypothesis leaves 1/CREDIBLE to CREDIBLE times as much."""
 
 
 def wholly_described(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modelgen.diagnose.hypotheses.evidence import effective
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, plain_white
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, mean_square, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, Setting, nearest
 from modelgen.diagnose.noise.noise import FITS
 from modelgen.diagnose.noise.recolour import own_noises
@@ -31,6 +31,8 @@ only in what a filter of that rest leaves of them."""
 WORSE = 1.1
 """A claim may leave this many times the misfit of the recordings as they are, and no more: what smooths the
 errors of a differentiated motion gains under a filter and is further from the data."""
+CREDIBLE = 1.35
+"""A stated noise is believed when the best hypothesis leaves 1/CREDIBLE to CREDIBLE times as much."""
 MOSTLY = 0.25
 """Share of the evidence that coloured noise must leave: with less, it may be that, and more is asked."""
 
@@ -67,6 +69,8 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
         return False
     if old.ids and _far(new) and misfit(new) > SEEN * misfit(old):
         return False
+    if sure and s.model.is_time_model:  # a colour that makes up for it is no noise that was stated
+        return True
     own = own_gain(s, judge, old, new)
     mostly = own < MOSTLY * (old.bic - new.bic) and not sure
     if s.model.is_time_model:
@@ -78,9 +82,11 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
 def _beyond_noise(s: Setting, judge: Judge, old: Fit, new: Fit) -> bool:
     """Whether `old` leaves more than a noise that is stated, whatever its colour, or in sweeps a smooth error
     of the instrument, and `new` does not: then something is missing, and an effect is the better account."""
-    if not all(x.stated for x in s.series) or not _far(old) or _far(new):
+    if not all(x.stated for x in s.series) or not _far(old):
         return False
-    return s.model.is_time_model or smooth_error(judge, old)[2] is None
+    if s.model.is_time_model:
+        return mean_square(plain_white(new)) < CREDIBLE**2
+    return not _far(new) and smooth_error(judge, old)[2] is None
 
 
 def _to_noise(old: Fit, new: Fit) -> bool:
