@@ -16,7 +16,7 @@ from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
 from modelgen.diagnose.hypotheses.ranking import Standing, standings
 from modelgen.diagnose.hypotheses.refit import misfit
 from modelgen.diagnose.hypotheses.scales import record_scales
-from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
+from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting, nearest
 from modelgen.diagnose.search import search as searching
 from modelgen.diagnose.search.claim import gains
 from modelgen.diagnose.search.search import white_judge
@@ -105,6 +105,19 @@ def test_a_further_effect_that_may_be_almost_anything_is_not_claimed(
     assert less.best.ids == (first.addition.id,) and one == (first,)
     share = 1 - misfit(outcome.best) / misfit(less.best)
     assert len(notes) == 1 and f"{share:.0%}" in notes[0] and "inertia" in notes[0]
+
+
+@pytest.mark.slow
+def test_what_is_shown_as_before_is_the_base_nearest_to_the_recordings(
+    two_effects: tuple[Setting, Outcome],
+) -> None:
+    setting, outcome = two_effects
+    first = outcome.base
+    led_away = outcome.judge.look(first.hypothesis, 1.2 * first.theta)
+    assert misfit(led_away) > 1.5 * misfit(first)
+    assert nearest(replace(setting, base=first), led_away) is first
+    assert nearest(replace(setting, base=led_away), first) is first
+    assert nearest(replace(setting, base=None), led_away) is led_away
 
 
 @pytest.mark.slow

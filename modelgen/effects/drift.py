@@ -100,12 +100,14 @@ def _resists(model: Model, port: Port, more: Any, before: tuple[Statement, ...] 
     """`more` resistance of the winding, and as much more of what is in proportion to it, as skin and
     proximity add; in series, where the model does not say which parameter that is."""
     R = dict(port.variables).get("R")
-    if not isinstance(R, Symbol):
-        return model.extend(port.equation, lambda Z: Z + more, statements=before)
-    warm = Equation(f"{R.name}_warm", R + more, unit_of(model, R), text="resistance as the coil is warm")
-    table = {R: warm.symbol}
+    table = {R: Symbol(f"{R}_warm", real=True)} if isinstance(R, Symbol) else {}
     new = [substituted(q, table) for q in model.statements]
-    first = next(k for k, (q, was) in enumerate(zip(new, model.statements, strict=True)) if q != was)
+    there = [k for k, (q, was) in enumerate(zip(new, model.statements, strict=True)) if q != was]
+    if not there:
+        return model.extend(port.equation, lambda Z: Z + more, statements=before)
+    unit = unit_of(model, R)
+    warm = Equation(table[R].name, R + more, unit, text="resistance as the coil is warm")
+    first = there[0]
     ports = tuple(
         replace(q, variables=tuple((n, x.xreplace(table)) for n, x in q.variables)) for q in model.ports
     )
