@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import threading
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
+from modelgen.files import write_atomically
 from modelgen.fit.pool import POOL, cores, share
 
 
@@ -26,3 +29,12 @@ def test_work_that_shares_its_own_work_ends() -> None:
     outer.join(30)
     assert done == [([k * m for m in range(8)], True) for k in parts]
     assert not outer.name.startswith(POOL)
+
+
+def test_threads_may_write_one_file_at_once(tmp_path: Path) -> None:
+    path, texts = tmp_path / "facts.json", [f"{k}" * 5000 for k in range(8)]
+    with ThreadPoolExecutor(8) as threads:
+        for _ in range(40):
+            list(threads.map(lambda text: write_atomically(path, text, lasting=False), texts))
+            assert path.read_text() in texts
+    assert list(tmp_path.iterdir()) == [path]
