@@ -5,7 +5,7 @@ from typing import Any
 
 from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, add, change, unit_omega
 from modelgen.effects.rod import over, xcotx
-from modelgen.language import Model, Port, eddy_factor, j
+from modelgen.language import Model, Port, eddy_factor, j, powj
 
 lead_resistance = Effect(
     "lead_resistance",
@@ -177,6 +177,24 @@ lossy_capacitance = Effect(
     unless=("capacitance",),
 )
 
+
+def _of_constant_angle(model: Model, port: Port, p: Values) -> Model:
+    model = unit_omega(model)
+    jw = j * port["omega"]
+    C = p["C_n"] * powj(port["omega"] / model.parameter("unit_omega"), -p["n_C"])
+    return change(lambda Z, at, p: Z / (1 + jw * C * Z))(model, port, p)
+
+
+insulation_capacitance = replace(
+    lossy_capacitance,
+    says="capacitance between turns and in the cable lies across the terminals; its insulation loses the same "
+    "share of energy at every frequency, C (jω)^−n, of loss tangent tan(nπ/2)",
+    source="A. K. Jonscher, Nature 267 (1977) 673",
+    strengths=(Strength("C_n", "s/{port}", text="capacitance at ω = 1 rad/s"),),
+    apply=_of_constant_angle,
+    shapes=(Shape("n_C", "1", "1", 1e-3, 0.3, 4, text="2/π of the loss angle"),),
+)
+
 EFFECTS = (
     lead_resistance,
     leakage_inductance,
@@ -188,4 +206,5 @@ EFFECTS = (
     setting_in,
     coil_capacitance,
     lossy_capacitance,
+    insulation_capacitance,
 )

@@ -65,6 +65,11 @@ class Addition:
         return tuple(f"{self.id}_{q.name}" for q in self.effect.strengths)
 
     @property
+    def count(self) -> int:
+        """How many numbers it has."""
+        return len(self.strengths) + len(self.effect.shapes)
+
+    @property
     def family(self) -> str:
         return family(self.effect)
 

@@ -151,9 +151,12 @@ def _deeper(
         return judge, base, best, []
     judge, base, grown, best = recolour_pairs(s, judge, base, grown, best)
     far = depth == 2 and not s.model.is_time_model and beyond_scatter(best) > BENT
-    if far or min(f.bic for f in grown) < best.bic - (0.0 if depth == 2 else ALARM):
-        more = [*grown, *_together(s, base, judge, scores, first, grown, depth)]
-        more = swapped(s, base, judge, more, scores, first)
+    least = best.bic - (0.0 if depth == 2 else ALARM)
+    better = far or min(f.bic for f in grown) < least
+    if better or _flexible(s, before):
+        grown = [*grown, *_together(s, base, judge, scores, first, grown, depth)]
+    if better or min(f.bic for f in grown) < least:
+        more = swapped(s, base, judge, grown, scores, first)
         judge, base, grown, best = recolour_pairs(s, judge, base, more, best)
     judge, grown = deserved(s, judge, [base, *beam], grown)
     return judge, base, best, grown
@@ -177,6 +180,12 @@ def _beam(s: Setting, base: Fit, fits: Sequence[Fit]) -> list[Fit]:
 
 def _ports(f: Fit) -> set[str]:
     return {a.port.name for a in f.hypothesis.added}
+
+
+def _flexible(s: Setting, before: Sequence[Fit]) -> bool:
+    """Whether the best single effect has a shape to bend: two plain ones may say the same with as many
+    numbers, and neither need add to it."""
+    return s.cheap and any(a.effect.shapes for a in min(before, key=lambda f: f.bic).hypothesis.added)
 
 
 def _together(

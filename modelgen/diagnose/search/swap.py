@@ -118,8 +118,9 @@ def _exchanges(
     They are scored from the values that the rest has beside `old`, where what is missing may be too much for
     a derivative; and from the rest's own optimum, which may be far from the truth. What the base alone can
     imitate shows only beside the others, so its score says nothing, and it is tried; so are other laws of
-    the same physics, and what as one of the `singles` was as good, from its shapes there. scouting: in any
-    shape, as what these were beside a bent base tells little.
+    the same physics, where fits are cheap what has fewer numbers at the same port, and what as one of the
+    `singles` was as good, from its shapes there. scouting: in any shape, as what these were beside a bent
+    base tells little.
     """
     kept = tuple(a for a in best.hypothesis.added if a.key != old.key)
     rest = make_hypotheses(s.model, s.case, s.series, [kept])[0]
@@ -135,6 +136,7 @@ def _exchanges(
         chosen = [c for c in chosen if _least(c) < LOOSE * _least(chosen[0])]
     always = [a.key for a in (x.addition for x in usable if x.blind) if a.port.name == old.port.name]
     always += [x.addition.key for x in usable if x.addition.id == old.id]
+    always += [x.addition.key for x in usable if s.cheap and _plainer(x.addition, old)]
     always += _as_good(old, singles)
     chosen += [found[key] for key in dict.fromkeys(always) if key in found and found[key] not in chosen]
     made = make_hypotheses(s.model, s.case, s.series, [(*kept, c[0].addition) for c in chosen])
@@ -148,6 +150,11 @@ def _exchanges(
         return f if s.cheap else judge.revived(f, beside)
 
     return ([alone] if kept else []) + s.each(fitted, made)
+
+
+def _plainer(a: Addition, old: Addition) -> bool:
+    """Whether `a` has fewer numbers than `old`, at the same port: a flexible law may have taken its place."""
+    return a.port.name == old.port.name and a.count < old.count
 
 
 def _as_good(old: Addition, singles: Mapping[tuple[str, str, int], Fit]) -> list[tuple[str, str, int]]:
