@@ -187,8 +187,8 @@ def _of_constant_angle(model: Model, port: Port, p: Values) -> Model:
 
 insulation_capacitance = replace(
     lossy_capacitance,
-    says="capacitance between turns and in the cable lies across the terminals; its insulation loses the same "
-    "share of energy at every frequency, C (jω)^−n, of loss tangent tan(nπ/2)",
+    says="capacitance between turns and in the cable lies across the terminals; its insulation loses the "
+    "same share of energy at every frequency, C (jω)^−n, of loss tangent tan(nπ/2)",
     source="A. K. Jonscher, Nature 267 (1977) 673",
     strengths=(Strength("C_n", "s/{port}", text="capacitance at ω = 1 rad/s"),),
     apply=_of_constant_angle,

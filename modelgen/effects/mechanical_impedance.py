@@ -72,10 +72,9 @@ BELOW = (1.034, 0.5025, 0.1397, 0.03108, 0.00306, 0.000423)
 2.4 % of 1 − J1(2ka)/ka + j H1(2ka)/ka (Struve's H1) at every ka."""
 
 
-def _piston(at: Port, p: Values) -> Any:
-    s = j * at["omega"] * p["tau_p"]
+def _radiated(s: Any) -> Any:
     above, below = (_powers(c, s) for c in (ABOVE, BELOW))
-    return p["R_p"] * above / (1 + below)
+    return above / (1 + below)
 
 
 def _powers(coefficients: Sequence[float], s: Any) -> Any:
@@ -94,7 +93,7 @@ piston_load = Effect(
     "P. M. Morse, K. U. Ingard, Theoretical Acoustics (1968), sec. 7.4: piston in a wall, "
     "1 − J1(2ka)/ka + j H1(2ka)/ka",
     (Strength("R_p", "{impedance}", text="ρcS, resistance at high frequency"),),
-    add_impedance(_piston),
+    add_impedance(lambda at, p: p["R_p"] * _radiated(j * at["omega"] * p["tau_p"])),
     (Shape("tau_p", "s", "time", 0.1, 3.0, 10, text="a/c, time that sound needs over the piston's radius"),),
     needs=("omega",),
 )
@@ -108,6 +107,21 @@ radiated_power = Effect(
     (Strength("R_w", "{impedance}*s**2", text="resistance over the square of angular frequency"),),
     add_impedance(lambda at, p: p["R_w"] * at["omega"] ** 2),
     needs=("omega",),
+)
+
+piston_beyond_its_mass = replace(
+    piston_load,
+    says="sound is radiated from a flat piston, the medium that moves along at low frequency being counted "
+    "with the moving mass, as one that was measured in it holds: a resistance up to ρcS, and less of that "
+    "mass where the wave is shorter than the radius",
+    strengths=(replace(piston_load.strengths[0], name="R_m"),),
+    apply=add_impedance(
+        lambda at, p: (
+            p["R_m"] * (_radiated(j * at["omega"] * p["tau_m"]) - ABOVE[0] * j * at["omega"] * p["tau_m"])
+        )
+    ),
+    shapes=(replace(piston_load.shapes[0], name="tau_m", points=5),),
+    common=0.5,
 )
 
 
@@ -144,6 +158,6 @@ viscous_film = replace(
 )
 
 EFFECTS = (
-    contact_damping, inertia, added_stiffness, radiation_load, piston_load, radiated_power, viscous_load,
-    viscous_film,
+    contact_damping, inertia, added_stiffness, radiation_load, piston_load, radiated_power,
+    piston_beyond_its_mass, viscous_load, viscous_film,
 )  # fmt: skip
