@@ -143,7 +143,7 @@ viscous_load = Effect(
     (Strength("R_v", "{impedance}", text="its modulus at ω = 1 rad/s"),),
     _viscous,
     needs=("omega",),
-    common=0.5,
+    common=0.2,  # what is immersed in a liquid
 )
 
 viscous_film = replace(

@@ -19,7 +19,7 @@ from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
 from modelgen.effects import Effect, Shape, Strength
 from modelgen.effects.effect import ANY, add, change
-from modelgen.language import Abs, Max, Port, cos, j, pi, sign, sin
+from modelgen.language import Abs, Max, Min, Port, cos, j, pi, sign, sin
 
 SOURCE = "a description, no law"
 Term = tuple[int, int, Callable[[Any, Any], Any]]
@@ -118,7 +118,7 @@ def humming(id: str, port: Port, f: float) -> Effect:
     )
 
 
-BENDS = (3.0, 10.0)
+BENDS = (3.0, 10.0, 60.0, 400.0)
 """Sharpness of a channel's end from which fits start."""
 
 
@@ -128,11 +128,11 @@ def levelling(id: str, port: Port, begins: float, side: int) -> Effect:
     strength = Strength(
         "bend", "1/({port})", bounds=(0.0, 3 * side / begins), text="1/F_s, where it levels off"
     )
-    shape = Shape("n", "1", "1", 1.5, 40.0, text="how sharply")
+    shape = Shape("n", "1", "1", 1.5, 2000.0, text="how sharply")
 
     def shown(F: Any, at: Port, p: Any) -> Any:
         u = Max(side * F * p["bend"], 1e-9)
-        return F * (1 + u ** p["n"]) ** (-1 / p["n"])
+        return F / Max(u, 1) * (1 + Min(u, 1 / u) ** p["n"]) ** (-1 / p["n"])  # without uⁿ, which overflows
 
     says = "a reading that levels off describes what is left"
     return Effect(id, (port.kind,), says, SOURCE, (strength,), change(shown), (shape,), ("t",), secant=True)

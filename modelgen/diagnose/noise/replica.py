@@ -109,7 +109,8 @@ def unfair(
 
     if_best, if_rival: replicas in which the one or the other is the truth, made as they are asked for. Where
     `best` clearly leads although the rival is there, its lead says no more than how likely it is with either
-    truth (Student's t); a replica in which the rival is there and clearly leads settles it.
+    truth (Student's t), and at least nothing: a few replicas, whose noise is as stated, exclude neither. A
+    replica in which the rival is there and clearly leads settles it.
     """
 
     def lead(series: Replica) -> float:
@@ -128,7 +129,7 @@ def unfair(
     off = [(here - m) ** 2 / (variance * (1 + 1 / x.size)) for x, m in zip(leads, means, strict=True)]
     logs = [(count - 1) * np.log1p(x / (count - 2)) for x in off]
     clearly = means[1] > 2 * np.sqrt(variance / leads[1].size)
-    return max(0.0, here - float(logs[1] - logs[0])) if clearly else 0.0
+    return float(np.clip(here - (logs[1] - logs[0]), 0.0, here)) if clearly and here > 0 else 0.0
 
 
 def _ahead(judge: Judge, best: Fit, rival: Fit) -> float:

@@ -54,7 +54,7 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     other = set(old.ids) <= set(new.ids) and not old.hypothesis.key <= new.hypothesis.key
     mends = new.parameters > old.parameters and not other
     off = INEXACT["time" if s.model.is_time_model else "sweep"][len(old.ids)]
-    off *= MENDED if s.model.is_time_model and _to_noise(old, new) else 1.0
+    off *= MENDED if _to_noise(old, new) else 1.0
     inexact = off**2 * (misfit(nearest(s, base)) - misfit(new)) if old.ids and mends else -np.inf
     if judge.temper > 1.0:  # that something is missing is beyond doubt: the first effect is the best account
         seen = new.chi2 < WORTH * old.chi2 and misfit(old) - misfit(new) > inexact

@@ -13,7 +13,14 @@ from modelgen.diagnose.hypotheses.evidence import Smooth, levels
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, mean_square, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Progress, Setting
-from modelgen.diagnose.noise.recolour import judged_anew, near_smooth, recolour, recolour_pairs
+from modelgen.diagnose.noise.recolour import (
+    CONTENDERS,
+    judged_anew,
+    near_smooth,
+    own_colours,
+    recolour,
+    recolour_pairs,
+)
 from modelgen.diagnose.noise.smooth_error import quietness, smooth_error, with_smooth
 from modelgen.diagnose.search.claim import gains, hidden, own_gain, worse
 from modelgen.diagnose.search.deserved import among_rivals, deserved
@@ -75,8 +82,9 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
     return _concluded(s, judge, base, best, better_of(list(tried.values()), less), blind, singles)
 
 
-ROUNDS = 5
-"""Exchanges one after another where fits are dear, while they make the best hypothesis better."""
+ROUNDS = {2: 5, 3: 1}
+"""Exchanges one after another where fits are dear, while they make the best hypothesis better, by the number
+of its effects: three are seldom what is there."""
 MISSED = 1.5
 """Times the square of the noise: what leaves more is exchanged anew beside the same."""
 
@@ -93,7 +101,7 @@ def _exchanged(
     """The best hypothesis that exchanges of its effects lead to, the judge who has vetted it, and all that
     was tried."""
     tried, done = dict(tried), frozenset[Key]()
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS[len(best.ids)]):
         others, done = exchanged(s, base, judge, best, scores, done)
         if min((f.bic for f in others), default=best.bic) < best.bic:
             judge, others = deserved(s, judge, [base, *first], others)
@@ -218,8 +226,9 @@ def _concluded(
     Not before: what a second effect does to sweeps is smooth, too. Then single effects are screened again,
     as their optima may lie elsewhere.
     """
-    may = judge.temper == 1.0 and near_smooth(s, judge, best, plain_white(best))
-    smooth = smooth_error(judge, best)[2] if may else None
+    lead = _by_own_noise(s, judge, best, tried)
+    may = judge.temper == 1.0 and near_smooth(s, judge, lead, plain_white(lead))
+    smooth = smooth_error(judge, lead)[2] if may else None
     found = None if smooth is None else _with_smooth(s, judge, smooth, base, best, tried, blind, singles)
     if found is not None:
         return found
@@ -229,6 +238,20 @@ def _concluded(
         tried = [fair.look(f.hypothesis, f.theta) for f in (best, *tried)]
         best = min((f for f in tried if len(f.ids) == len(best.ids)), key=lambda f: f.bic)
     return Outcome(fair, base, best, tuple(tried), blind)
+
+
+def _by_own_noise(s: Setting, judge: Judge, best: Fit, tried: Sequence[Fit]) -> Fit:
+    """The best account of sweeps, or of those that come next one that is better by far with the smooth error
+    of the instrument that it leaves: a law of many numbers says such an error, too."""
+    if s.model.is_time_model or not best.ids:
+        return best
+    others = (f for f in sorted(tried, key=lambda f: f.bic) if len(f.ids) == len(best.ids))
+    first = {best.ids: best}
+    for f in others:
+        first.setdefault(f.ids, f)
+    fits = list(first.values())[:CONTENDERS]
+    own = own_colours(s, judge, fits)
+    return best if own[0] - min(own) < ALARM else fits[int(np.argmin(own))]
 
 
 FARTHER = 9.0

@@ -120,7 +120,8 @@ def _exchanges(
     imitate shows only beside the others, so its score says nothing, and it is tried; so are other laws of
     the same physics, where fits are cheap what has fewer numbers at the same port, and what as one of the
     `singles` was as good, from its shapes there. scouting: in any shape, as what these were beside a bent
-    base tells little.
+    base tells little. Where fits are dear those do not go on that a few steps have not brought halfway from
+    the base to the best one.
     """
     kept = tuple(a for a in best.hypothesis.added if a.key != old.key)
     rest = make_hypotheses(s.model, s.case, s.series, [kept])[0]
@@ -140,13 +141,15 @@ def _exchanges(
     always += _as_good(old, singles)
     chosen += [found[key] for key in dict.fromkeys(always) if key in found and found[key] not in chosen]
     made = make_hypotheses(s.model, s.case, s.series, [(*kept, c[0].addition) for c in chosen])
+    halfway = 0.5 * (best.chi2 + max(base.chi2, best.chi2))
+    worth = LOOSE * best.chi2 if s.cheap else min(LOOSE * best.chi2, halfway)
 
     def fitted(h: Hypothesis) -> Fit:
         key = h.added[-1].key
         starts = [h.place(rest, p.theta, p.values) for p in found[key]]
         if key in singles:
             starts.append(h.place(rest, beside.theta, own_values(singles[key], h.added[-1])))
-        f = judge.fit(h, starts, worth=LOOSE * best.chi2)
+        f = judge.fit(h, starts, worth=worth)
         return f if s.cheap else judge.revived(f, beside)
 
     return ([alone] if kept else []) + s.each(fitted, made)
