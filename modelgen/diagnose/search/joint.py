@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
+from itertools import combinations, islice
 
 import numpy as np
 
@@ -82,6 +82,31 @@ def joint(
             if f is not None:
                 starts += [h.place(f.hypothesis, f.theta, _values(p)[1 - k]) for p in where[h.key]]
         return judge.fit(h, starts, worth=LOOSE * below if s.cheap else below)
+
+    return s.each(fitted, made)
+
+
+def plain(
+    s: Setting, judge: Judge, first: Sequence[Fit], known: Collection[object], below: float
+) -> list[Fit]:
+    """Fits of pairs at one port of effects that have strengths alone, but for `known`, from either's own fit
+    (in `first`): they are few, and where the base is far off no first order tells which.
+
+    below: as in `joint`.
+    """
+    alone = [f for f in first if not f.hypothesis.shapes and not f.hypothesis.added[0].effect.secant]
+    pairs = {
+        f.hypothesis.key | g.hypothesis.key: (f, g)
+        for f, g in combinations(alone, 2)
+        if f.ids != g.ids and f.hypothesis.added[0].port.name == g.hypothesis.added[0].port.name
+    }
+    pairs = {key: pair for key, pair in pairs.items() if key not in known}
+    both = [tuple(f.hypothesis.added[0] for f in pair) for pair in pairs.values()]
+    made = make_hypotheses(s.model, s.case, s.series, both)
+
+    def fitted(h: Hypothesis) -> Fit:
+        starts = [h.place(f.hypothesis, f.theta, {}) for f in pairs[h.key]]
+        return judge.fit(h, starts, worth=LOOSE * below)
 
     return s.each(fitted, made)
 

@@ -26,7 +26,7 @@ from modelgen.diagnose.search.claim import gains, hidden, own_gain, worse
 from modelgen.diagnose.search.deserved import among_rivals, deserved
 from modelgen.diagnose.search.far import BENT, beyond_scatter
 from modelgen.diagnose.search.grow import grow
-from modelgen.diagnose.search.joint import joint
+from modelgen.diagnose.search.joint import joint, plain
 from modelgen.diagnose.search.screen import Score
 from modelgen.diagnose.search.singles import from_singles, screened
 from modelgen.diagnose.search.swap import Key, better_of, exchanged, parts, swapped
@@ -208,8 +208,11 @@ def _together(
     """Pairs that no beam led to: of which either effect is hidden while the other is not there."""
     if depth != 2 or not (s.cheap or s.model.is_time_model):
         return []
-    below = min(f.chi2 for f in grown)
-    return joint(s, base, judge, scores, first, {f.hypothesis.key for f in grown}, below)
+    below, known = min(f.chi2 for f in grown), {f.hypothesis.key for f in grown}
+    found = joint(s, base, judge, scores, first, known, below)
+    if not s.cheap or beyond_scatter(base) < BENT:
+        return found
+    return [*found, *plain(s, judge, first, known | {f.hypothesis.key for f in found}, below)]
 
 
 def _concluded(
