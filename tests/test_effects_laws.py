@@ -156,6 +156,13 @@ def test_dielectrics() -> None:
     assert np.allclose(1j * w * new, 1j * w * old + 1e-6)
 
 
+def test_insulation_across_a_coil_has_one_loss_angle() -> None:
+    old, new = at_port(find("coil_capacitance", "terminals", "C_n"), C_n=1e-8, n_C=0.1)
+    Y = 1 / new - 1 / old
+    assert np.allclose(np.angle(Y), 0.9 * np.pi / 2)
+    assert np.allclose(np.abs(Y), 1e-8 * w**0.9)
+
+
 def test_a_capacitor_is_no_coil() -> None:
     """Across a capacitance there is no other one to be found, and no eddy current."""
     ids = {e.id for e in CATALOGUE if e.fits(load("piezoelectric_transducer"))}
@@ -283,6 +290,16 @@ def test_a_piston_radiates_by_bessels_and_struves_functions(tau: float) -> None:
     exact = 3.0 * (1 - j1(2 * ka) / ka + 1j * struve(1, 2 * ka) / ka)
     assert np.all(np.abs(new - old - exact) < 0.024 * np.abs(exact))
     assert np.all((new - old).real > 0)
+
+
+def test_a_piston_whose_air_is_in_its_mass_radiates_without_that_mass() -> None:
+    e = find("radiation_load", "mechanical_impedance", "R_m")
+    old, new = at_port(e, R_m=3.0, tau_m=1e-7)  # ka² /2 of ρcS, and what is left of the mass is far less
+    assert np.allclose((new - old).real, 3.0 * (w * 1e-7) ** 2 / 2, rtol=0.03)
+    assert np.all(np.abs((new - old).imag) < 0.01 * 3.0 * w * 1e-7)
+    ka, (old, new) = w * 1e-3, at_port(e, R_m=3.0, tau_m=1e-3)
+    exact = 3.0 * (1 - j1(2 * ka) / ka + 1j * struve(1, 2 * ka) / ka)
+    assert np.allclose(new - old, exact - 3.0j * 8 / (3 * np.pi) * ka, rtol=0.03)
 
 
 @pytest.mark.parametrize(

@@ -73,7 +73,8 @@ def test_it_is_found_all_the_same(
 ) -> None:
     case = read_case(write_case(draw(seed, kind, domain, effects, noise=noise, ratio=ratio), tmp_path))
     v = diagnose(case, load(case.model))
-    assert {e.id for e in v.effects} == named
+    told = [{e.id, *e.equivalents} for e in v.effects]  # an added mass and a rod may be the same to the data
+    assert len(told) == len(named) and all(any(n in ids for ids in told) for n in named)
     assert v.after.holdout_over_noise < 1.3
 
 

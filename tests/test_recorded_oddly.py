@@ -1,15 +1,20 @@
 """Recordings that show less than they seem to: few samples, the other sign of time, a staircase of treads."""
 
+import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from coils import coil, verdict
+from interpreter import Reading
 
 from modelgen.api import read_case
 from modelgen.diagnose import diagnose
+from modelgen.diagnose.gate.describe import levelling
 from modelgen.diagnose.gate.mirrored import opposed
 from modelgen.diagnose.ground import prepare
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
@@ -237,3 +242,52 @@ def test_hum_with_harmonics_is_heard_where_it_is_far_louder_than_noise(tmp_path:
     found = diagnose(read_case(tmp_path / "case.toml"), load("kelvin_voigt")).effects
     assert [e.id for e in found] == ["unknown_sensor"]
     assert f"a line at {mains:.0f} Hz" in found[0].says
+
+
+def elastic(folder: Path, rates: dict[str, float], seconds: float, more: Callable[[str, Any], Any]) -> None:
+    """Records of spring and dashpot with a wandering motion, sampled at `rates` [Hz], with `more` force
+    [N] (name, t)."""
+    rng, text = np.random.default_rng(4), 'model = "kelvin_voigt"\n[noise]\nF_m = 2e-3\nz = 1e-4\n'
+    for name, rate in rates.items():
+        t = np.arange(int(seconds * rate)) / rate
+        z = 0.6 * np.sin(2 * np.pi * 0.7 * t) + 0.2 * np.sin(2 * np.pi * 1.9 * t)
+        v = 0.84 * np.pi * np.cos(2 * np.pi * 0.7 * t) + 0.76 * np.pi * np.cos(2 * np.pi * 1.9 * t)
+        force = 2.0 * z + 0.05 * v + more(name, t) + 2e-3 * rng.standard_normal(t.size)
+        rows = np.column_stack([t, z + 1e-4 * rng.standard_normal(t.size), force])
+        np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header="t [s],z [mm],F_m [N]", comments="")
+        text += f'[[recording]]\nfile = "{name}.csv"\n'
+    (folder / "case.toml").write_text(text)
+
+
+def test_mains_that_a_sampling_folds_down_are_lines_elsewhere_in_each_record(tmp_path: Path) -> None:
+    """50 Hz, sampled at 88 and at 63 Hz, are 38 and 13 Hz."""
+    mains = lambda name, t: 1.2e-3 * np.sin(2 * np.pi * 50.0 * t)  # noqa: E731
+    elastic(tmp_path, {"a": 88.0, "b": 63.0}, 20.0, mains)
+    (found,) = diagnose(read_case(tmp_path / "case.toml"), load("kelvin_voigt")).effects
+    assert found.id == "unknown_sensor"
+    assert "38 Hz in a" in found.says and "13 Hz in b" in found.says
+
+
+def test_a_clamp_that_slips_is_told_with_its_moment(tmp_path: Path) -> None:
+    slip = lambda name, t: np.where((t > 7.0) & (name == "b"), 1.5e-3, 0.0)  # noqa: E731
+    elastic(tmp_path, {"a": 100.0, "b": 100.0}, 20.0, slip)
+    (found,) = diagnose(read_case(tmp_path / "case.toml"), load("kelvin_voigt")).effects
+    assert found.id == "unknown_force"
+    told = re.search(r"a jump of the force at ([0-9.]+) s in b", found.says)
+    assert told and abs(float(told[1]) - 7.0) < 0.4
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("n", [1.5, 12.0, 2000.0])
+def test_a_channel_s_end_is_as_sharp_as_asked_for(side: int, n: float) -> None:
+    """From a soft amplifier's to that of a converter, whose u^n no number holds."""
+    model = replace(load("kelvin_voigt"), checked=True)
+    port = next(p for p in model.ports if p.kind == "sensor")
+    effect = levelling("unknown_sensor", port, side * 1.0, side)
+    z = np.linspace(-4.0, 4.0, 81)
+    motion = dict.fromkeys(("t_prev", "v", "a"), np.zeros(81)) | dict.fromkeys(("z", "z_prev", "z_turn"), z)
+    values = {"unknown_sensor_bend": 0.5, "unknown_sensor_n": n, "k_D": 1.0, "c_D": 0.0, "F_0": 0.0}
+    shown = Reading(effect.extend(model, port))({"t": np.ones(81), **motion}, **values)[port.equation]
+    u = np.maximum(side * z / 2, 1e-9)
+    exact = np.minimum(side * z, 2.0) * side if n > 1e3 else z * (1 + u**n) ** (-1 / n)
+    assert np.allclose(shown, exact, atol=1e-3)

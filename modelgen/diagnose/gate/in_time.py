@@ -64,7 +64,29 @@ def in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
             return replace(best, left=replace(best.left, terms=(functions.LEVEL, *limit)))
         return best
 
-    return [alone, *_checked(share(tried_in, functions.groups()), plain, fit.white, alone.gain)]
+    tried = [*share(tried_in, functions.groups()), _jump(model, fit, plain, tangent)]
+    return [alone, *_checked(tried, plain, fit.white, alone.gain)]
+
+
+MOMENTS = 60
+"""At which a jump is tried in each recording."""
+
+
+def _jump(model: Model, fit: Fit, plain: Judge, tangent: Tangent) -> _Tried:
+    """The best jump at one moment of one recording: a clamp slips, a sensor is knocked."""
+    series, blocks, moments = fit.hypothesis.experiment.series, [], []
+    unit = next(i.unit for i in model.inputs if i.name == model.axis)
+    for k, s in enumerate(series):
+        t = s.inputs[model.axis]
+        starts = np.linspace(0, s.n, MOMENTS + 2)[1:-1].astype(int)
+        steps = (np.arange(s.n) >= starts[:, None]).astype(float)
+        columns = plain.whiteners[k].apply(steps[None])[0].T
+        blocks.append(np.pad(columns, ((0, 0), (MOMENTS * k, MOMENTS * (len(series) - 1 - k)))))
+        moments += [f"a jump of the force at {t[m]:.4g} {unit} in {s.name}" for m in starts]
+    port = next((p.name for p in model.ports if p.kind == "force"), "")
+    like = Leftover(0.0, 0.0, port, "", (JUMP,))
+    best = _best_of(tangent, np.concatenate(blocks), plain.prior, fit.white, like)
+    return replace(best, left=replace(best.left, says=moments[best.left.terms[1]], terms=()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +115,8 @@ def _felt_waves(fit: Fit, plain: Judge, tangent: Tangent) -> list[_Tried]:
     return found
 
 
-TOGETHER = {"position": 2, "shown": 1}
+JUMP = "jump"
+TOGETHER = {"position": 2, "shown": 1, JUMP: 1}
 """Groups of which only so many terms act at a time (a pitch, a limit): each is tried, at the price of
 looking."""
 

@@ -77,43 +77,74 @@ LOWEST = 5
 
 
 def line(model: Model, fit: Fit, n: int) -> Leftover:
-    """The strongest spectral line of the residual, over the spectrum around it, all recordings together.
+    """The strongest spectral line of the residual, over the spectrum around it, all recordings together; or
+    lines of other frequencies in each, as the mains have them where a sampling folds them down.
 
     The price is that of having looked at every frequency.
     """
-    series = [
-        (s.inputs[model.axis], e[0])
+    named = [
+        (s.name, s.inputs[model.axis], e[0])
         for s, e in zip(fit.hypothesis.experiment.series, fit.white, strict=True)
         if s.n >= 200
     ]
-    if not series:
-        return Leftover(0.0, 0.0, "sensor", "")
+    none = Leftover(0.0, 0.0, "sensor", "")
+    if not named:
+        return none
+    series = [(t, x) for _, t, x in named]
     span = max(float(t[-1] - t[0]) for t, _ in series)
-    top = min(0.5 * (len(t) - 1) / float(t[-1] - t[0]) for t, _ in series)
+    top = max(_highest(t) for t, _ in series)
     grid = np.arange(4.0 / span, 0.98 * top, 0.5 / span)
-    total = np.zeros(len(grid))
-    for t, x in series:
-        size = 4 * len(x)
-        power = np.abs(np.fft.rfft(flattened(x - x.mean()), size)) ** 2
-        reach = 120
-        around = np.lib.stride_tricks.sliding_window_view(np.pad(power, reach, mode="reflect"), 2 * reach + 1)
-        ratio = power / np.maximum(np.median(around[::8], axis=1).repeat(8)[: len(power)] / np.log(2), 1e-300)
-        step = (len(t) - 1) / float(t[-1] - t[0]) / size
-        total += np.interp(grid, np.arange(len(power)) * step, ratio)
     if not len(grid):
-        return Leftover(0.0, 0.0, "sensor", "")
-    total[_follows(model, fit, grid, 1.0 / span)] = 0.0
+        return none
+    each = np.stack([_standing_out(t, x, grid) for t, x in series])
+    each[:, _follows(model, fit, grid, 1.0 / span)] = 0.0
+    common = grid < 0.98 * min(_highest(t) for t, _ in series)
+    total = each.sum(axis=0) * common
     k = int(np.argmax(total))
-    chi2 = 2 * float(total[k])
+    looked = 2 * float(np.log(len(grid)))
+    gain = 2 * float(total[k]) - (2 * len(series) + 1) * float(np.log(n)) - looked
+    apart = 2 * each.max(axis=1) - 3 * float(np.log(n)) - looked - 2 * float(np.log(len(series)))
+    if float(np.sum(apart[apart > 0])) > max(gain, 0.0) and not _far(fit):
+        tuned = [
+            _tuned([x], float(f), 0.5 / span) for x, f in zip(series, grid[each.argmax(axis=1)], strict=True)
+        ]
+        return _apart([name for name, *_ in named], tuned, apart)
     # a slope that is taken out makes harmonics stand out more than the wave that they belong to
     waves = [float(grid[k]) / m for m in range(1, LOWEST + 1)]
     waves = [f for f in waves if f == waves[0] or total[int(np.argmin(np.abs(grid - f)))] > 0]
     f = _tuned(series, max(waves, key=lambda f: _share(series, f)), 0.5 / span)
     if _far(fit) and _share(series, f) < WHOLE:
-        return Leftover(0.0, 0.0, "sensor", "")
-    gain = chi2 - (2 * len(series) + 1) * float(np.log(n)) - 2 * float(np.log(len(grid)))
+        return none
     says = f"a line at {f:.4g} Hz that does not follow the motion"
-    return Leftover(gain, chi2, "sensor", says, (LINE, f), line=f)
+    return Leftover(gain, 2 * float(total[k]), "sensor", says, (LINE, f), line=f)
+
+
+def _apart(names: Sequence[str], f: Sequence[float], gains: Array) -> Leftover:
+    """Lines of other frequencies `f` in the recordings in which they gain something."""
+    where = [f"{x:.4g} Hz in {name}" for name, x, g in zip(names, f, gains, strict=True) if g > 0]
+    lines = "a line" if len(where) == 1 else "lines"
+    says = f"{lines} at {', '.join(where)}, not following the motion"
+    gain, strongest = float(np.sum(gains[gains > 0])), f[int(np.argmax(gains))]
+    return Leftover(gain, gain, "sensor", says, (LINE, strongest), line=strongest)
+
+
+def _highest(t: Array) -> float:
+    """Half the sampling frequency."""
+    return 0.5 * (len(t) - 1) / float(t[-1] - t[0])
+
+
+REACH = 120
+"""Bins on either side of a line that tell how strong the spectrum is around it."""
+
+
+def _standing_out(t: Array, x: Array, grid: Array) -> Array:
+    """Power of the residual x at the frequencies of `grid` over that around them; 0 where it has none."""
+    size = 4 * len(x)
+    power = np.abs(np.fft.rfft(flattened(x - x.mean()), size)) ** 2
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(power, REACH, mode="reflect"), 2 * REACH + 1)
+    ratio = power / np.maximum(np.median(around[::8], axis=1).repeat(8)[: len(power)] / np.log(2), 1e-300)
+    step = 2 * _highest(t) / size
+    return np.asarray(np.interp(grid, np.arange(len(power)) * step, ratio, right=0.0))
 
 
 def gained_beside(judge: Judge, base: Fit, best: Fit, f: float) -> float:
