@@ -120,6 +120,12 @@ def test_offset_units_are_converted_and_logarithmic_ones_refused() -> None:
             affine(found, wanted)
 
 
+@pytest.mark.parametrize(("found", "wanted"), [("rad/s", "1/s"), ("1/s", "rad/s"), ("rpm", "1/min")])
+def test_what_counts_neither_radians_nor_turns_is_not_taken_for_either(found: str, wanted: str) -> None:
+    with pytest.raises(InputError, match="neither radians nor turns.*write 'rad/s' or 'Hz'"):
+        affine(found, wanted)
+
+
 def test_columns_in_other_units(tmp_path: Path) -> None:
     r = record(tmp_path, "F_m [kN], t [ms], z [um]\n1,0,5\n2,10,7\n")
     np.testing.assert_allclose(r.inputs["t"], [0, 0.01])

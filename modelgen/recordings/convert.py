@@ -14,7 +14,8 @@ def affine(found: str, wanted: str) -> tuple[float, float]:
 
     Beyond a plain factor: degC, degF have an offset; rad/s, rpm and deg/s are 2π, 60 and 360 per Hz, where
     Pint, which holds an angle to be a pure number, would read 1 rad/s as 1 Hz.
-    Raises InputError for an unknown unit, another dimension, a logarithmic unit, a pure number for an angle.
+    Raises InputError for an unknown unit, another dimension, a logarithmic unit, a pure number for an angle,
+    and for 1/s where the other counts radians.
     """
     from_unit, to_unit = parse(found), parse(wanted)
     if not from_unit.is_compatible_with(to_unit):
@@ -47,6 +48,13 @@ def _turns(found: str, from_unit: Any, wanted: str, to_unit: Any) -> float:
     if angles == 0:
         return 1.0
     if is_frequency(wanted):
+        for unit, plain in ((found, from_unit), (wanted, to_unit)):
+            if all(is_time(name) for name in plain._units):
+                other = wanted if unit == found else found
+                raise InputError(
+                    f"unit '{unit}' says neither radians nor turns, and '{other}' does: "
+                    f"write 'rad/s' or 'Hz' for '{unit}'"
+                )
         return float((2 * math.pi) ** -angles)
     if from_unit.dimensionless:  # tan δ is no angle
         raise InputError(f"unit '{found}' can't be read as '{wanted}'")

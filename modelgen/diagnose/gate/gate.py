@@ -15,6 +15,7 @@ from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import gained_beside
 from modelgen.diagnose.gate.meter import distorted
 from modelgen.diagnose.gate.narrow import narrow
+from modelgen.diagnose.gate.notes import beside_note, far_notes, noise_words
 from modelgen.diagnose.gate.rivals import LEFT, as_leftover, nearer, outdone
 from modelgen.diagnose.gate.unlisted import best_unlisted, refused, with_rivals
 from modelgen.diagnose.gate.wholly import FAR, but_noise, wholly_described
@@ -99,7 +100,7 @@ def judge_adequacy(
         floor = min(floor, quiet) if setting.model.is_time_model else floor
     rival = None if whole is not None else outdone(setting, outcome)
     other = None if unknown else _imitated(setting, outcome, sensitivities) or narrow(outcome)
-    notes = _beside_note(outcome, after) if beside else ()
+    notes = beside_note(outcome, after) if beside else ()
     if other is None and oddity is not None and not unknown:
         if best.hypothesis.added:
             notes += (oddity.says,)
@@ -110,9 +111,9 @@ def judge_adequacy(
     elif rival is not None:
         unknown, left = True, as_leftover(outcome, rival[0], rival[1] + LEFT)
     structured = other is not None or rival is not None or left.gain > LEFT
-    notes += _far_notes(outcome, unknown, left, explained, np.sqrt(after / floor)) if far else ()
+    notes += far_notes(outcome, unknown, left, explained, np.sqrt(after / floor)) if far else ()
     odds = float(np.exp(min(left.gain, 60.0) / 2 - 5.0)) if structured else 1.0 if beside else 9.0
-    words = _noise_words(setting, outcome, after, stated)
+    words = noise_words(setting, outcome, after, stated)
     fit = rival[0] if rival is not None and other is None else None
     if fit is not None:  # what the description leaves, and not what it explains, is noise
         rest = mean_square(plain_white(fit))
@@ -178,12 +179,6 @@ def _beside(before: float, after: float) -> bool:
     """Whether named effects explain the smaller part of what is beyond the stated noise, and a smooth error
     that nobody stated the rest: as well it may be what they stand in for."""
     return after > FITS**2 and before - after < PART * (before - 1)
-
-
-def _beside_note(outcome: Outcome, after: float) -> tuple[str, ...]:
-    error = "a smooth error of the instrument that nobody stated"
-    names = " and ".join(outcome.best.ids)
-    return (f"{names} would do beside {error}, {np.sqrt(after):.1f} times the noise",)
 
 
 def _far(outcome: Outcome, left: Leftover, after: float, scatter: float, told: bool) -> bool:
@@ -265,21 +260,6 @@ def _gained_by_refused(setting: Setting, outcome: Outcome) -> float:
     return max((_gained(setting, outcome, f) for f in singles), default=0.0)
 
 
-def _far_notes(
-    outcome: Outcome, unknown: bool, left: Leftover, explained: float, rest: float
-) -> tuple[str, ...]:
-    """How far the rest is from noise, and what the named effects have explained."""
-    if not unknown:
-        return (
-            f"the named effects explain {explained:.0%} of the misfit; still left is {rest:.1f} times the "
-            f"noise: {left.says or 'not noise'}",
-        )
-    if outcome.judge.temper == 1.0 or not outcome.best.ids:
-        return ()
-    names = " and ".join(outcome.best.ids)
-    return (f"the best that the catalogue has, {names}, explains {explained:.0%} of the misfit",)
-
-
 def _floor(after: float, scatter: float, count: int, stated: bool, far: bool) -> float:
     """Mean square of whitened residuals that is noise.
 
@@ -289,18 +269,3 @@ def _floor(after: float, scatter: float, count: int, stated: bool, far: bool) ->
     if far:
         return min(after, max(scatter, 1.0 if stated else 0.0))
     return 1.0 if stated and (count < 60 or 1 / CREDIBLE**2 < after < CREDIBLE**2) else after
-
-
-def _noise_words(setting: Setting, outcome: Outcome, after: float, stated: bool) -> str:
-    colour = [w for w in outcome.judge.whiteners if w.order]
-    level = f"{np.sqrt(after):.2f} times the {'stated' if stated else 'local'} level"
-    words = f"residual of the best hypothesis at {level}"
-    if any(w.slow for w in colour):
-        words += ", coloured (it falls with a power of the frequency)"
-    elif colour:
-        words += f", coloured (autoregressive, order up to {max(w.order for w in colour)})"
-    if any(w.root is not None for w in outcome.judge.whiteners):
-        path = "errors of the recorded path or of rounding"
-        error = path if setting.model.is_time_model else "a smooth calibration error"
-        words += f", with {error} in its covariance"
-    return words

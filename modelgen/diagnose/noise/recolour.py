@@ -10,7 +10,7 @@ import numpy as np
 
 from modelgen.diagnose.hypotheses.evidence import bic, effective, settled
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, moving, plain_white
-from modelgen.diagnose.hypotheses.setting import Setting
+from modelgen.diagnose.hypotheses.setting import ALARM, Setting
 from modelgen.diagnose.noise.noise import FITS, correlation_length, first_order, fitful, local_level, scatter
 from modelgen.diagnose.noise.one_instrument import colours
 from modelgen.diagnose.noise.smooth_error import SIZES, quietness, smooth_error
@@ -186,6 +186,20 @@ def own_noises(s: Setting, judge: Judge, fits: Sequence[Fit]) -> list[OwnNoise]:
         price = _own_price(s, judge, f, innovations, sum(w.order for w in own), 2 * size)
         noises.append(OwnNoise(price, own))
     return noises
+
+
+def by_own_noise(s: Setting, judge: Judge, best: Fit, tried: Sequence[Fit]) -> Fit:
+    """The best account of sweeps, or of those that come next one that is better by far with the smooth error
+    of the instrument that it leaves: a law of many numbers says such an error, too."""
+    if s.model.is_time_model or not best.ids:
+        return best
+    others = (f for f in sorted(tried, key=lambda f: f.bic) if len(f.ids) == len(best.ids))
+    first = {best.ids: best}
+    for f in others:
+        first.setdefault(f.ids, f)
+    fits = list(first.values())[:CONTENDERS]
+    own = own_colours(s, judge, fits)
+    return best if own[0] - min(own) < ALARM else fits[int(np.argmin(own))]
 
 
 def _own_price(

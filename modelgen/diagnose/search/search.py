@@ -14,10 +14,9 @@ from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, mean_square, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Progress, Setting
 from modelgen.diagnose.noise.recolour import (
-    CONTENDERS,
+    by_own_noise,
     judged_anew,
     near_smooth,
-    own_colours,
     recolour,
     recolour_pairs,
 )
@@ -229,7 +228,7 @@ def _concluded(
     Not before: what a second effect does to sweeps is smooth, too. Then single effects are screened again,
     as their optima may lie elsewhere.
     """
-    lead = _by_own_noise(s, judge, best, tried)
+    lead = by_own_noise(s, judge, best, tried)
     may = judge.temper == 1.0 and near_smooth(s, judge, lead, plain_white(lead))
     smooth = smooth_error(judge, lead)[2] if may else None
     found = None if smooth is None else _with_smooth(s, judge, smooth, base, best, tried, blind, singles)
@@ -241,20 +240,6 @@ def _concluded(
         tried = [fair.look(f.hypothesis, f.theta) for f in (best, *tried)]
         best = min((f for f in tried if len(f.ids) == len(best.ids)), key=lambda f: f.bic)
     return Outcome(fair, base, best, tuple(tried), blind)
-
-
-def _by_own_noise(s: Setting, judge: Judge, best: Fit, tried: Sequence[Fit]) -> Fit:
-    """The best account of sweeps, or of those that come next one that is better by far with the smooth error
-    of the instrument that it leaves: a law of many numbers says such an error, too."""
-    if s.model.is_time_model or not best.ids:
-        return best
-    others = (f for f in sorted(tried, key=lambda f: f.bic) if len(f.ids) == len(best.ids))
-    first = {best.ids: best}
-    for f in others:
-        first.setdefault(f.ids, f)
-    fits = list(first.values())[:CONTENDERS]
-    own = own_colours(s, judge, fits)
-    return best if own[0] - min(own) < ALARM else fits[int(np.argmin(own))]
 
 
 FARTHER = 9.0

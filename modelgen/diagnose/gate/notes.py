@@ -1,0 +1,46 @@
+"""What is said beside a verdict: of the noise, of what is left, of what would do as well."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modelgen.diagnose.gate.leftover import Leftover
+from modelgen.diagnose.hypotheses.setting import Outcome, Setting
+
+
+def beside_note(outcome: Outcome, after: float) -> tuple[str, ...]:
+    """What named effects would leave beside what nobody stated."""
+    error = "a smooth error of the instrument that nobody stated"
+    names = " and ".join(outcome.best.ids)
+    return (f"{names} would do beside {error}, {np.sqrt(after):.1f} times the noise",)
+
+
+def far_notes(
+    outcome: Outcome, unknown: bool, left: Leftover, explained: float, rest: float
+) -> tuple[str, ...]:
+    """How far the rest is from noise, and what the named effects have explained."""
+    if not unknown:
+        return (
+            f"the named effects explain {explained:.0%} of the misfit; still left is {rest:.1f} times the "
+            f"noise: {left.says or 'not noise'}",
+        )
+    if outcome.judge.temper == 1.0 or not outcome.best.ids:
+        return ()
+    names = " and ".join(outcome.best.ids)
+    return (f"the best that the catalogue has, {names}, explains {explained:.0%} of the misfit",)
+
+
+def noise_words(setting: Setting, outcome: Outcome, after: float, stated: bool) -> str:
+    """How large and how coloured the best hypothesis' residual is."""
+    colour = [w for w in outcome.judge.whiteners if w.order]
+    level = f"{np.sqrt(after):.2f} times the {'stated' if stated else 'local'} level"
+    words = f"residual of the best hypothesis at {level}"
+    if any(w.slow for w in colour):
+        words += ", coloured (it falls with a power of the frequency)"
+    elif colour:
+        words += f", coloured (autoregressive, order up to {max(w.order for w in colour)})"
+    if any(w.root is not None for w in outcome.judge.whiteners):
+        path = "errors of the recorded path or of rounding"
+        error = path if setting.model.is_time_model else "a smooth calibration error"
+        words += f", with {error} in its covariance"
+    return words
