@@ -122,7 +122,7 @@ def test_offset_units_are_converted_and_logarithmic_ones_refused() -> None:
 
 @pytest.mark.parametrize(("found", "wanted"), [("rad/s", "1/s"), ("1/s", "rad/s"), ("rpm", "1/min")])
 def test_what_counts_neither_radians_nor_turns_is_not_taken_for_either(found: str, wanted: str) -> None:
-    with pytest.raises(InputError, match="neither radians nor turns.*write 'rad/s' or 'Hz'"):
+    with pytest.raises(InputError, match="neither radians nor turns"):
         affine(found, wanted)
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values, at_start, unit_of
+from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, at_start, unit_of
 from modelgen.effects.motion import way
 from modelgen.language import Abs, Max, Min, Model, Parameter, Port, State, exp, tanh
 
@@ -130,7 +130,7 @@ def _after_motion(law: Effect, says: str) -> Effect:
         strengths=tuple(replace(q, name=own[q.name]) for q in law.strengths),
         shapes=tuple(replace(q, name=own[q.name]) for q in law.shapes),
         instead=("payne_softening",),
-        common=0.5,
+        common=RARER,  # samples are worked before they are measured, farther than in a record
     )
 
 
