@@ -166,7 +166,7 @@ def _log_creep_force(id: str) -> Apply:
     before = past(id)
 
     def apply(model: Model, port: Port, p: Values) -> Model:
-        arms = Ladder("log_creep", unit_omega(model), port, before=before)
+        arms = Ladder(f"{id}_log", unit_omega(model), port, before=before)
         return arms.add(p["C_ln"] * arms.logarithm(), "force of logarithmic creep")
 
     return apply

@@ -20,6 +20,10 @@ from modelgen.fit.series import Array
 
 PAIRS, DEAR = 12, 3
 """Pairs that are fitted, and where fits are dear."""
+SLACK = 1.5
+"""Times what a pair promises that it may explain, where fits are dear."""
+HIDING = 1.5
+"""Times what its effects explain alone that a pair must, there: others a beam finds."""
 STARTS = 4
 """Shapes of a pair from which descents start: of a narrow resonance the first order knows only the
 neighbourhood."""
@@ -59,15 +63,17 @@ def joint(
     """Fits of the pairs that at first order beside the base's own parameters promise most, but for `known`.
 
     first: fits of single effects, from which the pairs start as well. below: where fits are dear, those
-    alone are made that promise less χ² than this, in one shape each, and none goes on that does not keep it.
+    alone are made that may lead below this χ² and of which either hides the other, in one shape each, and
+    none goes on that does not keep it.
     """
     tangent = Tangent.of(*judge.tangent(base))
     shapes = None if s.cheap else 1
     changes = [c for x in scores for c in _changes(x, base, judge, tangent, shapes)]
     if not changes:
         return []
-    least = -np.inf if s.cheap else float(tangent.r @ tangent.r) - below
-    new = (pairs[:shapes] for pairs in _best(changes, tangent, least) if _key(pairs[0]) not in known)
+    least = -np.inf if s.cheap else (float(tangent.r @ tangent.r) - below) / SLACK
+    found = _best(changes, tangent, least, 0.0 if s.cheap else HIDING)
+    new = (pairs[:shapes] for pairs in found if _key(pairs[0]) not in known)
     chosen = list(islice(new, PAIRS if s.cheap else DEAR))
     made = make_hypotheses(
         s.model, s.case, s.series, [tuple(c.score.addition for c in pairs[0].changes) for pairs in chosen]
@@ -150,9 +156,10 @@ def _changes(x: Score, base: Fit, judge: Judge, tangent: Tangent, most: int | No
     return found
 
 
-def _best(changes: Sequence[_Change], tangent: Tangent, least: float) -> Iterator[list[_Pair]]:
-    """Pairs of different effects that explain more than `least`, those that explain most first, with the
-    parts of their changes; one law of each, in the few shapes that explain most."""
+def _best(changes: Sequence[_Change], tangent: Tangent, least: float, hiding: float) -> Iterator[list[_Pair]]:
+    """Pairs of different effects that explain more than `least`, and than `hiding` times what either does
+    alone, those that explain most first, with the parts of their changes; one law of each, in the few shapes
+    that explain most."""
     C = np.stack([c.change for c in changes], axis=1)
     size = np.linalg.norm(C, axis=0)
     C /= size
@@ -160,6 +167,8 @@ def _best(changes: Sequence[_Change], tangent: Tangent, least: float) -> Iterato
     rest = np.where(np.abs(G) < ALIKE, 1 - G**2, np.inf)
     parts = (b[:, None] - G * b[None, :]) / rest  # of the first of a pair; those of the second by transposing
     gain = np.where((parts > 0) & (parts.T > 0), parts * b[:, None] + parts.T * b[None, :], 0.0)
+    alone = np.maximum(b, 0.0) ** 2
+    gain = np.where(gain > hiding * (alone[:, None] + alone[None, :]), gain, 0.0)
     ids, effect = np.unique([c.score.addition.id for c in changes], return_inverse=True)
     one, other = np.nonzero(np.triu(gain > max(least, 0.0), 1) & (effect[:, None] != effect))
     order = np.argsort(-gain[one, other], kind="stable")
