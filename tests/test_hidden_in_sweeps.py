@@ -44,10 +44,6 @@ from modelgen.truths import draw, write_case
             {"second_mode", "contact_damping"}, id="a narrow resonance beside a loss, in no beam",
         ),
         pytest.param(
-            202900235, "pair", "gmm", ("inertia", "maxwell_branch"), "calibration", 3.0,
-            {"inertia", "maxwell_branch"}, id="a part explains less than another single effect does",
-        ),
-        pytest.param(
             203300172, "pair", "impedance", ("distributed_rod", "second_mode"), "quantised", None,
             {"distributed_rod", "second_mode"}, id="a rod rings within a part of a hundred of the frequency",
         ),
@@ -73,8 +69,18 @@ def test_it_is_found_all_the_same(
 ) -> None:
     case = read_case(write_case(draw(seed, kind, domain, effects, noise=noise, ratio=ratio), tmp_path))
     v = diagnose(case, load(case.model))
-    told = [{e.id, *e.equivalents} for e in v.effects]  # an added mass and a rod may be the same to the data
-    assert len(told) == len(named) and all(any(n in ids for ids in told) for n in named)
+    assert {e.id for e in v.effects} == named
+    assert v.after.holdout_over_noise < 1.3
+
+
+@pytest.mark.slow
+def test_a_pair_of_which_a_part_explains_less_than_another_single_effect_does(tmp_path: Path) -> None:
+    """To these data an added mass and that of a rod are the same."""
+    secret = draw(202900235, "pair", "gmm", ("inertia", "maxwell_branch"), noise="calibration", ratio=3.0)
+    case = read_case(write_case(secret, tmp_path))
+    v = diagnose(case, load(case.model))
+    relaxes, moves = v.effects
+    assert relaxes.id == "maxwell_branch" and "inertia" in {moves.id, *moves.equivalents}
     assert v.after.holdout_over_noise < 1.3
 
 
