@@ -108,7 +108,9 @@ def test_a_line_in_the_force_is_unknown_and_not_physics_of_the_sample(tmp_path: 
 @pytest.mark.parametrize(
     ("domain", "effect", "port", "says"),
     [
-        pytest.param("impedance", "novel:cable_trap", "electrical", "resonance", marks=pytest.mark.slow),
+        pytest.param(
+            "impedance", "novel:cable_trap", "electrical", "a resonance in series", marks=pytest.mark.slow
+        ),
         pytest.param(
             "impedance", "novel:cavity_comb", "mechanical", "a row of resonances", marks=pytest.mark.slow
         ),

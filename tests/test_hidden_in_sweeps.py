@@ -44,6 +44,10 @@ from modelgen.truths import draw, write_case
             {"second_mode", "contact_damping"}, id="a narrow resonance beside a loss, in no beam",
         ),
         pytest.param(
+            202900235, "pair", "gmm", ("inertia", "maxwell_branch"), "calibration", 3.0,
+            {"inertia", "maxwell_branch"}, id="a part explains less than another single effect does",
+        ),
+        pytest.param(
             203300172, "pair", "impedance", ("distributed_rod", "second_mode"), "quantised", None,
             {"distributed_rod", "second_mode"}, id="a rod rings within a part of a hundred of the frequency",
         ),
@@ -70,17 +74,6 @@ def test_it_is_found_all_the_same(
     case = read_case(write_case(draw(seed, kind, domain, effects, noise=noise, ratio=ratio), tmp_path))
     v = diagnose(case, load(case.model))
     assert {e.id for e in v.effects} == named
-    assert v.after.holdout_over_noise < 1.3
-
-
-@pytest.mark.slow
-def test_a_pair_of_which_a_part_explains_less_than_another_single_effect_does(tmp_path: Path) -> None:
-    """To these data an added mass and that of a rod are the same."""
-    secret = draw(202900235, "pair", "gmm", ("inertia", "maxwell_branch"), noise="calibration", ratio=3.0)
-    case = read_case(write_case(secret, tmp_path))
-    v = diagnose(case, load(case.model))
-    relaxes, moves = v.effects
-    assert relaxes.id == "maxwell_branch" and "inertia" in {moves.id, *moves.equivalents}
     assert v.after.holdout_over_noise < 1.3
 
 
@@ -169,4 +162,4 @@ def test_an_effect_that_is_larger_than_what_it_is_added_to(tmp_path: Path) -> No
     case = read_case(tmp_path / "case.toml")
     v = diagnose(case, load(case.model))
     assert [e.id for e in v.effects] == ["coil_ac_resistance"]
-    assert v.before.fit_over_noise > 15 and v.after.holdout_over_noise < 1.2
+    assert v.before.fit_over_noise > 20 and v.after.holdout_over_noise < 1.2
