@@ -59,6 +59,18 @@ from modelgen.truths import draw, write_case
             204600070, "variant", "impedance", "lossy_rod", "calibration", 6.0, {"distributed_rod"},
             id="two other effects together leave next to nothing",
         ),
+        pytest.param(
+            300100082, "pair", "impedance", ("inertia", "contact_damping"), "calibration", 6.0,
+            {"inertia", "contact_damping"}, id="a law of more numbers has the place of a plain loss",
+        ),
+        pytest.param(
+            290100020, "pair", "impedance", ("contact_damping", "structural_damping"), "calibration", 20.0,
+            {"contact_damping", "structural_damping"}, id="a bent base tells no first order of two losses",
+        ),
+        pytest.param(
+            300100174, "variant", "gmm", "lossy_rod", "coloured", 3.0, {"distributed_rod"},
+            id="a law of more numbers says the smooth error of the instrument",
+        ),
     ],
 )  # fmt: skip
 def test_it_is_found_all_the_same(
