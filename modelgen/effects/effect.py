@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from sympy import sympify
+from sympy import Max, Min, sympify
 
 from modelgen.errors import InputError
 from modelgen.language import Abs, Equation, Implicit, Model, Parameter, Port, j
@@ -216,15 +216,25 @@ def at_start(model: Model, expr: Any, known: Mapping[Any, Any] | None = None) ->
     """An expression as it is at the first sample, in inputs and parameters alone: what `State.initial` may
     hold. known: symbols that have other values there than the model's statements give them."""
     statements = {s.name: s for s in model.statements}
-    known = dict(known or {})
+    known = {sympify(a): sympify(b) for a, b in (known or {}).items()}
+
+    def rebuilt(x: Any) -> Any:
+        """Each node once, though it may stand in many places; sympy takes long over what Abs may become."""
+        args = [start(a) for a in x.args]
+        if all(new is a for new, a in zip(args, x.args, strict=True)):
+            return x
+        quick = isinstance(x, Abs | Min | Max) and not all(a.is_number for a in args)
+        return x.func(*args, evaluate=False) if quick else x.func(*args)
 
     def start(x: Any) -> Any:
-        for symbol in x.free_symbols - known.keys():
-            s = statements.get(symbol.name)
+        if x not in known:
+            s = statements.get(x.name) if x.is_Symbol else None
             if isinstance(s, Implicit):
                 raise InputError(f"model '{model.id}': no state can start from '{s.name}', it is implicit")
-            known[symbol] = start(s.expr) if isinstance(s, Equation) else s.initial if s else symbol
-        return x.xreplace(known)
+            known[x] = (
+                start(s.expr) if isinstance(s, Equation) else start(sympify(s.initial)) if s else rebuilt(x)
+            )
+        return known[x]
 
     return start(sympify(expr))
 

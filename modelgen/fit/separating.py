@@ -93,8 +93,12 @@ def _prior(theta: Vector, k: int) -> Matrix:
 
 
 def _with(info: Matrix, more: Matrix, k: int) -> float:
-    """Standard deviation of parameter k by both informations (p, p)."""
+    """Standard deviation of parameter k by both informations (p, p); infinite where neither tells of it."""
     whole = info + more
+    told = np.flatnonzero(whole.diagonal() > 0)
+    if k not in told:
+        return np.inf
+    whole, k = whole[np.ix_(told, told)], int(np.searchsorted(told, k))
     scale = np.sqrt(whole.diagonal())
     return float(np.sqrt(np.linalg.pinv(whole / np.outer(scale, scale), rcond=1e-15)[k, k]) / scale[k])
 

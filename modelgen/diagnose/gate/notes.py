@@ -6,6 +6,7 @@ import numpy as np
 
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.setting import Outcome, Setting
+from modelgen.diagnose.noise.smooth_error import part_of_reading
 
 
 def beside_note(outcome: Outcome, after: float) -> tuple[str, ...]:
@@ -13,6 +14,21 @@ def beside_note(outcome: Outcome, after: float) -> tuple[str, ...]:
     error = "a smooth error of the instrument that nobody stated"
     names = " and ".join(outcome.best.ids)
     return (f"{names} would do beside {error}, {np.sqrt(after):.1f} times the noise",)
+
+
+def smooth_note(setting: Setting, outcome: Outcome) -> tuple[str, ...]:
+    """What a smooth error of the instrument that nobody stated would have to be, where one is counted as
+    noise."""
+    found = outcome.judge.smooth
+    if found is None:
+        return ()
+    size = part_of_reading(setting.series, found)
+    where = "the same in all sweeps" if found.shared else "in each sweep its own"
+    return (
+        f"counted as noise: a smooth error of the instrument of {100 * size:.1g} % of the reading, {where}, "
+        f"alike within a factor of {np.exp(found.length):.2g} in frequency; if the instrument is known to be "
+        "better, physics is missing that nothing here explains better",
+    )
 
 
 def far_notes(

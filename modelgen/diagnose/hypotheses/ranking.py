@@ -200,7 +200,7 @@ def _share(outcome: Outcome, a: Addition) -> float:
     """The part of the explained misfit that is back when this effect alone is left out of the best
     hypothesis: of the misfit as it stands in the recordings, whatever the colour of what is left."""
     best = outcome.best
-    without = [f for f in outcome.tried if f.hypothesis.key == best.hypothesis.key - {a.key}]
-    without = without or [outcome.base]
-    after, level, before = map(misfit, (best, min(without, key=lambda f: f.chi2), outcome.base))
+    without = [f for f in outcome.tried if f.hypothesis.key <= best.hypothesis.key - {a.key}]
+    after, before = misfit(best), misfit(outcome.base)
+    level = min(map(misfit, without), default=before)  # what fewer do, these can
     return float(np.clip((level - after) / (before - after), 0.0, 1.0)) if before > after else 1.0

@@ -78,6 +78,12 @@ def quietness(series: Sequence[Series], whiteners: Sequence[Whitener]) -> list[f
     return [x / min(median) if np.isfinite(x) else 1.0 for x in median]
 
 
+def part_of_reading(series: Sequence[Series], found: Smooth) -> float:
+    """How large an error is beside what is measured: its standard deviation over |output|."""
+    over = [_over_noise(s.size, s.whitener) for s in series]
+    return found.rms / min(float(np.median(x[x > 0])) for x in over if np.any(x > 0))
+
+
 def _over_noise(size: Array, w: Whitener) -> Array:
     """(n,) |output| over its noise; 0 where masked."""
     return np.abs(size) * np.abs(w.weight[0] if w.weight.ndim == 2 else w.weight)
