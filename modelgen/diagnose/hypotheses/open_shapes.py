@@ -41,11 +41,13 @@ def fairly_priced(setting: Setting, outcome: Outcome, exempt: Callable[[Fit], bo
     best, judge = outcome.best, outcome.judge
     if not best.ids or setting.model.is_time_model:
         return outcome
-    ways, priced = _ways(setting.additions), {}
+    ways, shared = _ways(setting.additions), {}
     for f in (best, *outcome.tried):
         if len(f.ids) == len(best.ids) and not exempt(f):
-            shared = 2 * sum(float(np.log(ways.get(a.id, 1.0) * signs(a))) for a in f.hypothesis.added)
-            priced[id(f)] = _priced(judge, replace(f, bic=f.bic + shared), best.bic)
+            more = 2 * sum(float(np.log(ways.get(a.id, 1.0) * signs(a))) for a in f.hypothesis.added)
+            shared[id(f)] = replace(f, bic=f.bic + more)
+    least = min(f.bic for f in shared.values())
+    priced = {k: _priced(judge, f, least) for k, f in shared.items()}
     tried = tuple(priced.get(id(f), f) for f in outcome.tried)
     return replace(outcome, best=_likeliest(list(priced.values())), tried=tried)
 

@@ -28,7 +28,7 @@ from modelgen.diagnose.search.grow import grow
 from modelgen.diagnose.search.joint import joint, plain
 from modelgen.diagnose.search.screen import Score
 from modelgen.diagnose.search.singles import from_singles, screened
-from modelgen.diagnose.search.swap import Key, better_of, exchanged, parts, swapped
+from modelgen.diagnose.search.swap import Key, better_of, by_other_laws, exchanged, parts, swapped
 from modelgen.fit.series import Series
 
 MOST = 3
@@ -76,6 +76,9 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
             break
     if len(best.ids) > 1 and not s.cheap:
         judge, best, tried = _exchanged(s, judge, base, best, scores, first, tried)
+    laws = by_other_laws(s, base, judge, best, list(tried.values()), scores)
+    tried = {f.hypothesis.key: f for f in better_of(list(tried.values()), laws)}
+    best = min([best, *(f for f in laws if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
     best, less = _pruned(s, judge, base, best, list(tried.values()))
     best = base if worse(s, base, best) else best  # under the last colour
     return _concluded(s, judge, base, best, better_of(list(tried.values()), less), blind, singles)

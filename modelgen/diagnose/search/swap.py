@@ -27,6 +27,8 @@ STRONG = 5
 """Effects that alone were best, which are tried in the place of one at the same port."""
 CROSSED = 2
 """The best of each place that are tried together."""
+RIVALS = 3 * CLOSE
+"""ΔBIC within which another law may make a hypothesis the best one."""
 MOVED, PLACES = 4, 24
 """The best hypotheses whose resonances are moved, and to how many places."""
 Key = frozenset[tuple[str, str, int]]
@@ -84,6 +86,24 @@ def exchanged(
     if len(best.ids) == 2:
         _keep(found, _crossed(s, judge, best, found))
     return list(found.values()), done | {best.hypothesis.key - {a.key} for a in places}
+
+
+def by_other_laws(
+    s: Setting, base: Fit, judge: Judge, best: Fit, tried: Sequence[Fit], scores: Sequence[Score]
+) -> list[Fit]:
+    """The rivals of several effects that the best ones have, each effect by its other laws: what led the best
+    one from law to law was not led through theirs. Only where fits are cheap."""
+    if not s.cheap or len(best.ids) < 2:
+        return []
+    near = [f for f in tried if len(f.ids) == len(best.ids) and f.bic - best.bic < RIVALS]
+    first = {frozenset(f.ids): f for f in sorted(near, key=lambda f: -f.bic) if set(f.ids) != set(best.ids)}
+    found: list[Fit] = []
+    for f in first.values():
+        for a in f.hypothesis.added:
+            laws = [x for x in scores if x.addition.id == a.id]
+            if len(laws) > 1:
+                found += _exchanges(s, base, judge, f, a, laws, len(laws), {}, scouting=True)
+    return found
 
 
 def parts(s: Setting, judge: Judge, best: Fit) -> list[Fit]:
