@@ -33,6 +33,8 @@ KEEP = 5
 """Starts for each kind of resonance and each state of the base: rows have many local optima."""
 ALONE = 15.0
 """ΔBIC that they must gain to be claimed where no named effect is: more places and shapes are tried."""
+TIED = 2.0
+"""ΔBIC that is no evidence for the one of two descriptions (Kass & Raftery 1995)."""
 QUALITIES = (4.0, 12.0, 36.0)
 BROAD = (1.0, *QUALITIES)
 STEP = 0.7
@@ -204,8 +206,16 @@ def _white(w: Whitener, z: Array) -> Array:
 
 
 def best_unlisted(outcome: Outcome) -> Fit | None:
-    """The best of the descriptions made here."""
-    return min((f for f in outcome.tried if is_unlisted(f)), key=lambda f: f.bic, default=None)
+    """The best of the descriptions made here; of those that the data do not tell from it the plainest: waves
+    of which but one resonance is seen are a resonance."""
+    found = [f for f in outcome.tried if is_unlisted(f)]
+    least = min((f.bic for f in found), default=np.inf)
+    tied = [f for f in found if f.bic - least < TIED]
+    return min(tied, key=lambda f: (-_common(f), f.bic), default=None)
+
+
+def _common(f: Fit) -> float:
+    return float(np.prod([a.effect.common for a in f.hypothesis.added]))
 
 
 def cheaper(outcome: Outcome) -> tuple[Fit, float] | None:
