@@ -6,7 +6,7 @@ from typing import Any
 from sympy import Symbol, sympify
 
 from modelgen.effects.clearance import inner, moved
-from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, at_start, change, unit_of
+from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, at_start, change, put, unit_of
 from modelgen.effects.motion import MOTION
 from modelgen.language import Abs, Equation, Max, Min, Model, Parameter, Piecewise, Port, State, sign
 
@@ -130,9 +130,7 @@ def _begun_behind(model: Model, port: Port, d: Any) -> Model:
     in front of it would be stretched by all that it gives, its fastest arms most."""
     z = at_start(model, port["z"])
     statements = tuple(
-        replace(s, initial=sympify(s.initial).xreplace({z: z - d}))
-        if isinstance(s, State) and _follows(s, z)
-        else s
+        replace(s, initial=put(s.initial, {z: z - d})) if isinstance(s, State) and _follows(s, z) else s
         for s in model.statements
     )
     return replace(model, statements=statements)
