@@ -156,7 +156,7 @@ def test_null_is_the_old_model_and_its_derivative_tells(model: str, e: Effect, p
 
 @pytest.mark.parametrize(
     ("m", "most"),
-    [*((m, 99) for m in MODELS[:-1]), pytest.param("modified_dahl", 4, marks=pytest.mark.slow)],
+    [*((m, 99) for m in MODELS[:-1]), ("modified_dahl", 4)],
 )
 def test_all_effects_compose(m: str, most: int) -> None:
     """The first laws of all ids, the second ones, …: an account never has two of one id at a port. So many at
