@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 from interpreter import Reading
+from sympy import Abs, symbols
 
 from modelgen.effects import CATALOGUE, FAMILIES, Effect, family, load_effects, search_range
-from modelgen.effects.effect import Shape
+from modelgen.effects.effect import Shape, put
 from modelgen.errors import InputError
 from modelgen.language import Model, Port
 from modelgen.models import load
@@ -271,3 +272,14 @@ def test_what_fits_a_users_ports_needs_none_of_their_other_variables() -> None:
             less = replace(model, ports=bare)
             here = next(q for q in less.ports if q.equation == port.equation and q.kind == port.kind)
             e.extend(less, here)
+
+
+def test_what_is_put_in_the_place_of_a_part_is_there_wherever_the_part_is() -> None:
+    x, y = symbols("x y", real=True)
+    deep = x
+    for _ in range(8):  # in 256 places
+        deep = deep + Abs(deep, evaluate=False)
+    new = put(deep, {x: y})
+    assert new.free_symbols == {y}
+    assert put(Abs(x) + x * y, {x: -3}).subs(y, 2) == -3
+    assert put(x + 1, {}, of=lambda s: 2 * y if s == x else s) == 2 * y + 1

@@ -1,6 +1,7 @@
 """A Gaussian process that nobody stated, against dense matrices; what motion errors give, against records."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from modelgen.diagnose.noise.smooth_error import (
     _deviances,
     _groups,
     _seen,
+    part_of_reading,
     smooth_error,
     with_smooth,
 )
@@ -176,3 +178,10 @@ def test_errors_together_are_whitened_by_their_modes(n: int, length: float, rms:
     seen = keep > 0
     part = np.linalg.inv(covariance[np.ix_(seen, seen)])
     assert np.allclose((masked.T @ masked)[np.ix_(seen, seen)], part, atol=1e-4 * (1 + rms**2))
+
+
+def test_an_error_is_said_as_a_part_of_the_reading() -> None:
+    """Seven times a noise of 1e-3 of the reading, in the noisier of two sweeps of 1e-3 and 1e-4."""
+    s = [Whitener(np.full((1, 50), 1 / (level * 5.0))) for level in (1e-3, 1e-4)]
+    series = [SimpleNamespace(size=np.full(50, 5.0), whitener=w) for w in s]
+    assert part_of_reading(series, Smooth(7.0, 0.6, False)) == pytest.approx(7e-3)

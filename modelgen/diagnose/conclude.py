@@ -24,7 +24,7 @@ from modelgen.diagnose.gate.notes import smooth_note
 from modelgen.diagnose.gate.rather import rather_described
 from modelgen.diagnose.gate.rivals import by_odd_noise
 from modelgen.diagnose.gate.unlisted import is_unlisted, named_rather, with_rivals
-from modelgen.diagnose.gate.vague import likely, told
+from modelgen.diagnose.gate.vague import likely, of_many, told
 from modelgen.diagnose.hypotheses.averaged import averaged, parameters
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.moderate import moderated
@@ -121,6 +121,9 @@ def _decide(
     if not vague:
         outcome = fairly_priced(setting, outcome, exempt=is_unlisted)
         standing = standings(outcome)
+        many = of_many(setting, outcome, standing, gate)
+        if many is not None:
+            return Decision(setting, outcome, many, outcome.best)
         outcome, standing, vague = likely(setting, outcome, standing)
     standing = _as_far_as_it_reaches(setting, outcome, gate, standing)
     return Decision(setting, outcome, gate, moderated(outcome.judge, outcome.best), standing, vague)

@@ -1,11 +1,14 @@
 """A further effect that may be almost anything is not claimed (where models stay far from the recordings,
-whatever bends takes a part of the rest), nor one that is seldom there when it is named so."""
+whatever bends takes a part of the rest), nor one that is seldom there when it is named so; and three that
+take the place of one are no names."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
 
+from modelgen.diagnose.gate.gate import Gate
+from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.ranking import Standing
 from modelgen.diagnose.hypotheses.refit import misfit
 from modelgen.diagnose.hypotheses.setting import Outcome, Setting
@@ -15,6 +18,10 @@ FAMILIES = 4
 """Families of physics that a further effect may be one of, and still be told."""
 SELDOM = 0.2
 """Probability below which a third one is only noted, where the rest leaves little."""
+
+LITTLE, STAND_IN = 0.25, 0.65
+"""Share of what two leave up to which a third one is none of its own, and how sure it is then that something
+else is there: it was in five of six records of other simulators."""
 
 
 def told(
@@ -51,6 +58,24 @@ def likely(
         f"{last.probability:.0%} is not claimed"
     )
     return outcome, standing[:-1], (note,)
+
+
+def of_many(setting: Setting, outcome: Outcome, standing: Sequence[Standing], gate: Gate) -> Gate | None:
+    """The gate for what takes three effects of which the third is seldom there and takes away little of what
+    two leave: a law of its own that they put together, as a rule."""
+    last = standing[-1] if standing else None
+    if last is None or len(standing) < 3 or outcome.judge.temper > 1.0 or last.probability >= SELDOM:
+        return None
+    less, share = _without(setting, outcome, last)
+    if share >= LITTLE:
+        return None
+    first = standing[0].addition
+    together = ", ".join(s.addition.id for s in standing[:-1]) + f" and {last.addition.id}"
+    says = f"it takes three of them together, {together}, which as a rule stand in for one that is not listed"
+    rest = Leftover(gain=0.0, chi2=0.0, port=first.port.name, says=says)
+    return replace(
+        gate, unknown=True, leftover=rest, probability=STAND_IN, notes=(), fit=outcome.best, tied=less.best
+    )
 
 
 def _without(setting: Setting, outcome: Outcome, s: Standing) -> tuple[Outcome, float]:

@@ -17,7 +17,7 @@ OUTSIDE = 0.04
 """How often what is there is none of the tried hypotheses (another law, a combination) although one fits: so
 much less sure is a claim. On our own truths it was 2 % (PROOF.md); in records of other simulators, which held
 laws that neither these truths nor the catalogue had, 6 of 230 such claims were wrong, earlier 7 of 67."""
-HELD = ((1.0,), (1.0, 0.8), (0.65, 0.5, 0.2))
+HELD: tuple[tuple[float, ...], ...] = ((1.0,), (1.0, 0.8), (0.65, 0.5, 0.2))
 """How often, then, each of one, two, three claimed effects was there, by what they explain: a second one may
 be what the first, of another law, leaves, and with three none may be the right one. A third that takes away
 three quarters of what two leave is there as often as the second: no law that is nearly right leaves that."""

@@ -31,6 +31,9 @@ only in what a filter of that rest leaves of them."""
 WORSE = 1.1
 """A claim may leave this many times the misfit of the recordings as they are, and no more: what smooths the
 errors of a differentiated motion gains under a filter and is further from the data."""
+PLAIN = 100.0
+"""ΔBIC under the common noise by which a single effect over time is a reason to look for two, though a colour
+of the noise may be all of it."""
 CREDIBLE = 1.35
 """A stated noise is believed when the best hypothesis leaves 1/CREDIBLE to CREDIBLE times as much."""
 MOSTLY = 0.25
@@ -114,14 +117,15 @@ def own_gain(s: Setting, judge: Judge, old: Fit, new: Fit) -> float:
 def hidden(s: Setting, judge: Judge, best: Fit, winner: Fit, depth: int) -> bool:
     """Whether one effect more may show what is not claimed yet.
 
-    A smooth error that nobody stated may forbid to claim `winner`, and two effects together be told from it;
-    or what no single effect explains is far more than noise, and two together do.
+    A colour of the noise, or a smooth error that nobody stated, may forbid to claim `winner`, and two effects
+    together be told from it; or what no single effect explains is far more than noise, and two together do.
     """
     if depth != len(best.ids) + 1:
         return False
     if depth == 1 and _far(winner):
         return True
-    return not s.model.is_time_model and judge.temper == 1.0 and best.bic - winner.bic > ALARM
+    alarm = ALARM if not s.model.is_time_model else PLAIN if depth == 1 else np.inf
+    return judge.temper == 1.0 and best.bic - winner.bic > alarm
 
 
 def _far(fit: Fit) -> bool:

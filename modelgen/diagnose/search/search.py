@@ -21,7 +21,7 @@ from modelgen.diagnose.noise.recolour import (
     recolour_pairs,
 )
 from modelgen.diagnose.noise.smooth_error import quietness, smooth_error, with_smooth
-from modelgen.diagnose.search.claim import gains, hidden, own_gain, worse
+from modelgen.diagnose.search.claim import PLAIN, gains, hidden, own_gain, worse
 from modelgen.diagnose.search.deserved import among_rivals, deserved
 from modelgen.diagnose.search.far import BENT, beyond_scatter
 from modelgen.diagnose.search.grow import grow
@@ -74,8 +74,8 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
             best = winner
         elif not grown or not hidden(s, judge, best, winner, depth):
             break
-    if len(best.ids) > 1 and not s.cheap:
-        judge, best, tried = _exchanged(s, judge, base, best, scores, first, tried)
+    if not s.cheap:
+        judge, best, tried = _by_exchanges(s, judge, base, best, scores, first, tried)
     laws = by_other_laws(s, base, judge, best, list(tried.values()), scores)
     tried = {f.hypothesis.key: f for f in better_of(list(tried.values()), laws)}
     best = min([best, *(f for f in laws if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
@@ -89,6 +89,28 @@ ROUNDS = {2: 5, 3: 1}
 of its effects: three are seldom what is there."""
 MISSED = 1.5
 """Times the square of the noise: what leaves more is exchanged anew beside the same."""
+
+
+def _by_exchanges(
+    s: Setting,
+    judge: Judge,
+    base: Fit,
+    best: Fit,
+    scores: Sequence[Score],
+    first: Sequence[Fit],
+    tried: Mapping[Key, Fit],
+) -> tuple[Judge, Fit, dict[Key, Fit]]:
+    """`_exchanged`; and where nothing is claimed though pairs were tried, the pair that the best of these
+    leads to, if that one may be claimed: a beam follows what gains first."""
+    if len(best.ids) > 1:
+        return _exchanged(s, judge, base, best, scores, first, tried)
+    pairs = [f for f in tried.values() if len(f.ids) == 2]
+    lead = min(pairs, key=lambda f: f.bic, default=best)
+    if best.ids or not pairs or best.bic - lead.bic < PLAIN:
+        return judge, best, dict(tried)
+    judge, lead, more = _exchanged(s, judge, base, lead, scores, first, tried)
+    best = judge.look(best.hypothesis, best.theta)
+    return judge, lead if gains(s, judge, base, best, lead) else best, more
 
 
 def _exchanged(
