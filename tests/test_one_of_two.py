@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 import modelgen as mg
+from modelgen.fit.separating import _with
 
 
 def test_a_branch_that_is_not_there_has_no_time(tmp_path: Path) -> None:
@@ -23,3 +24,11 @@ def test_a_branch_that_is_not_there_has_no_time(tmp_path: Path) -> None:
     values = {e.name: e for e in found.parameters}
     assert np.isfinite(values["k_D"].value) and abs(values["k_D"].value + values["k_M"].value - 2.0) < 0.1
     assert any(not e.determined or e.at_bound or e.std > abs(e.value) for e in found.parameters)
+
+
+def test_what_is_told_of_one_parameter_is_not_lost_for_another_that_nothing_tells_of() -> None:
+    info = np.array([[4.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    more = np.zeros((3, 3))
+    assert _with(info, more, 0) == 0.5
+    assert _with(info, more, 1) == np.inf
+    assert np.isclose(_with(info, np.diag([0.0, 0.0, 3.0]), 2), 0.5)
