@@ -13,7 +13,8 @@ from interpreter import Reading
 from sympy import Abs, symbols
 
 from modelgen.effects import CATALOGUE, FAMILIES, Effect, family, load_effects, search_range
-from modelgen.effects.effect import Shape, put
+from modelgen.effects.effect import Shape
+from modelgen.effects.start import put
 from modelgen.errors import InputError
 from modelgen.language import Model, Port
 from modelgen.models import load

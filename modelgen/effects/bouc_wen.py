@@ -4,7 +4,8 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import RARER, Effect, Strength, Values, at_start
+from modelgen.effects.effect import RARER, Effect, Strength, Values
+from modelgen.effects.start import at_start
 from modelgen.language import Abs, Equation, Max, Model, Piecewise, Port, State, Statement, exp, log
 
 PARTS = 2

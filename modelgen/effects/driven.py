@@ -11,9 +11,10 @@ from math import inf
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values, add, at_start, unit_of
+from modelgen.effects.effect import Effect, Shape, Strength, Values, add, unit_of
 from modelgen.effects.friction import SLIPPED, coulomb_friction, second_dahl_element
 from modelgen.effects.resonance import second_mode
+from modelgen.effects.start import at_start
 from modelgen.effects.viscoelastic import maxwell_branch
 from modelgen.language import Abs, Model, Parameter, Port, State, sign, sqrt
 

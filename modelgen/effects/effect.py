@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from sympy import Max, Min, sympify
 
 from modelgen.errors import InputError
-from modelgen.language import Abs, Equation, Implicit, Model, Parameter, Port, j
+from modelgen.language import Abs, Model, Parameter, Port, j
 from modelgen.units import converts, factor, tidy
 
 Values = Mapping[str, Parameter]
@@ -210,44 +209,6 @@ def add_stiffness(what: Callable[[Port, Values], Any]) -> Apply:
 def at_most(x: Any, most: float) -> Any:
     """The smaller of both; sympy's Min takes long over what composed effects make of x."""
     return (x + most - Abs(x - most)) / 2
-
-
-def at_start(model: Model, expr: Any, known: Mapping[Any, Any] | None = None) -> Any:
-    """An expression as it is at the first sample, in inputs and parameters alone: what `State.initial` may
-    hold. known: symbols that have other values there than the model's statements give them."""
-    statements = {s.name: s for s in model.statements}
-
-    def first(symbol: Any) -> Any:
-        s = statements.get(symbol.name)
-        if isinstance(s, Implicit):
-            raise InputError(f"model '{model.id}': no state can start from '{s.name}', it is implicit")
-        return sympify(s.expr if isinstance(s, Equation) else s.initial) if s else symbol
-
-    return put(expr, known or {}, first)
-
-
-def put(expr: Any, known: Mapping[Any, Any], of: Callable[[Any], Any] = lambda symbol: symbol) -> Any:
-    """An expression with what is `known` in the place of its parts, and `of` its other symbols in theirs.
-
-    Each part is made once, though it may stand in many places, and sympy isn't asked what becomes of Abs and
-    the like, which takes it long: what composed effects begin with is large.
-    """
-    made = {sympify(a): sympify(b) for a, b in known.items()}
-
-    def rebuilt(x: Any) -> Any:
-        args = [start(a) for a in x.args]
-        if all(new is a for new, a in zip(args, x.args, strict=True)):
-            return x
-        quick = isinstance(x, Abs | Min | Max) and not all(a.is_number for a in args)
-        return x.func(*args, evaluate=False) if quick else x.func(*args)
-
-    def start(x: Any) -> Any:
-        if x not in made:
-            whole = of(x) if x.is_Symbol else x
-            made[x] = rebuilt(x) if whole is x else start(whole)
-        return made[x]
-
-    return start(sympify(expr))
 
 
 def unit_omega(model: Model) -> Model:

@@ -6,8 +6,9 @@ from typing import Any
 from sympy import Symbol, sympify
 
 from modelgen.effects.clearance import inner, moved
-from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, at_start, change, put, unit_of
+from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, change, unit_of
 from modelgen.effects.motion import MOTION
+from modelgen.effects.start import at_start, put
 from modelgen.language import Abs, Equation, Max, Min, Model, Parameter, Piecewise, Port, State, sign
 
 SERIES = (

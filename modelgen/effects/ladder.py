@@ -14,7 +14,8 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import at_start, unit_of
+from modelgen.effects.effect import unit_of
+from modelgen.effects.start import at_start
 from modelgen.language import Equation, Model, Parameter, Port, State, cos, exp, expm1, log, pi, sin
 
 ARMS = 14

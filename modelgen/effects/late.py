@@ -6,9 +6,10 @@ from typing import Any
 from sympy import And, Ne, Symbol
 
 from modelgen.effects.clearance import inner, moved
-from modelgen.effects.effect import Strength, Values, at_start, unit_of
+from modelgen.effects.effect import Strength, Values, unit_of
 from modelgen.effects.motion import MOTION
 from modelgen.effects.sensor import sensor_delay
+from modelgen.effects.start import at_start
 from modelgen.language import Abs, Equation, Model, Parameter, Piecewise, Port, State
 
 # A late displacement makes the force early. What it will be is read off Newton's polynomial through its last

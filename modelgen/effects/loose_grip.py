@@ -5,8 +5,9 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.clearance import within
-from modelgen.effects.effect import Effect, Shape, Strength, Values, at_start
+from modelgen.effects.effect import Effect, Shape, Strength, Values
 from modelgen.effects.motion import moved_input
+from modelgen.effects.start import at_start
 from modelgen.language import Abs, Model, Piecewise, Port, State, exp
 
 # Driven at z, the sample is at z + u, |u| ≤ g: at one side of the gap or the other while it is pushed, and

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 from sympy import Symbol
 
-from modelgen.effects.effect import Effect, Shape, Strength, Values, add, at_start, unit_of
+from modelgen.effects.effect import Effect, Shape, Strength, Values, add, unit_of
 from modelgen.effects.motion import moved_input
+from modelgen.effects.start import at_start
 from modelgen.language import Abs, Max, Model, Port, State, amplitude_of, exp, j, quadrature_of, sqrt
 
 PAYNE = "A. R. Payne, J. Appl. Polym. Sci. 6 (1962) 57; G. Kraus, Appl. Polym. Symp. 39 (1984) 75"

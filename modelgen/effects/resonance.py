@@ -6,16 +6,8 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import (
-    RARER,
-    Effect,
-    Shape,
-    Strength,
-    Values,
-    add_impedance,
-    at_start,
-    unit_of,
-)
+from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, add_impedance, unit_of
+from modelgen.effects.start import at_start
 from modelgen.language import Model, Port, State, cos, exp, j, sin, sqrt
 
 Law = Callable[[Port, Values], Any]

@@ -6,7 +6,8 @@ from typing import Any
 
 from sympy import Rational, Symbol
 
-from modelgen.effects.effect import ANY, RARER, Apply, Effect, Shape, Strength, Values, at_start, change
+from modelgen.effects.effect import ANY, RARER, Apply, Effect, Shape, Strength, Values, change
+from modelgen.effects.start import at_start
 from modelgen.language import Abs, Max, Model, Port, State, cos, exp, j, sin, sqrt
 
 LATE = "one channel is recorded later than the other"

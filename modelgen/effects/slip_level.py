@@ -8,9 +8,10 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import ANY, Apply, Effect, Shape, Strength, Values, at_start
+from modelgen.effects.effect import ANY, Apply, Effect, Shape, Strength, Values
 from modelgen.effects.friction import STRENGTHENING, asymmetric_friction, position_friction
 from modelgen.effects.motion import way
+from modelgen.effects.start import at_start
 from modelgen.language import Abs, Equation, Max, Model, Port, State, exp, log, sign
 
 

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 from sympy import Symbol
 
-from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, at_start, unit_of
+from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, unit_of
 from modelgen.effects.motion import way
+from modelgen.effects.start import at_start
 from modelgen.language import Abs, Max, Min, Model, Parameter, Port, State, exp, tanh
 
 MULLINS = "L. Mullins, Rubber Chem. Technol. 42 (1969) 339"
