@@ -44,7 +44,7 @@ def test_a_line_across_the_terminals_is_no_resonator_that_hangs_on(tmp_path: Pat
 
 
 def a_fit(bic: float, *ids: str, source: str = "a book") -> Any:
-    added = tuple(SimpleNamespace(effect=SimpleNamespace(source=source)) for _ in ids)
+    added = tuple(SimpleNamespace(effect=SimpleNamespace(source=source, common=1.0)) for _ in ids)
     white = (np.ones((2, 50)),)
     return SimpleNamespace(bic=bic, ids=ids, hypothesis=SimpleNamespace(added=added), white=white)
 

@@ -3,10 +3,10 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from sympy import Max, Min, sympify
+from sympy import sympify
 
 from modelgen.errors import InputError
-from modelgen.language import Abs, Equation, Implicit, Model
+from modelgen.language import Equation, Implicit, Model
 
 
 def at_start(model: Model, expr: Any, known: Mapping[Any, Any] | None = None) -> Any:
@@ -26,17 +26,14 @@ def at_start(model: Model, expr: Any, known: Mapping[Any, Any] | None = None) ->
 def put(expr: Any, known: Mapping[Any, Any], of: Callable[[Any], Any] = lambda symbol: symbol) -> Any:
     """An expression with what is `known` in the place of its parts, and `of` its other symbols in theirs.
 
-    Each part is made once, though it may stand in many places, and sympy isn't asked what becomes of Abs and
-    the like, which takes it long: what composed effects begin with is large.
+    Each part is made once, though it may stand in many places: what composed effects begin with is large.
     """
     made = {sympify(a): sympify(b) for a, b in known.items()}
 
     def rebuilt(x: Any) -> Any:
         args = [start(a) for a in x.args]
-        if all(new is a for new, a in zip(args, x.args, strict=True)):
-            return x
-        quick = isinstance(x, Abs | Min | Max) and not all(a.is_number for a in args)
-        return x.func(*args, evaluate=False) if quick else x.func(*args)
+        same = all(new is a for new, a in zip(args, x.args, strict=True))
+        return x if same else x.func(*args)
 
     def start(x: Any) -> Any:
         if x not in made:
