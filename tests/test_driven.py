@@ -131,7 +131,6 @@ def test_a_speed_of_rotation_may_be_negative(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="the description is right, and leaves 1.306 times the noise")
 def test_what_no_catalogue_holds_is_described_at_the_port_where_it_is_felt() -> None:
     """A damping that grows with the square of displacement."""
     found = diagnose(recorded("z2v"), oscillator)

@@ -46,7 +46,6 @@ from modelgen.truths import draw, write_case
         pytest.param(
             202900235, "pair", "gmm", ("inertia", "maxwell_branch"), "calibration", 3.0,
             {"inertia", "maxwell_branch"}, id="a part explains less than another single effect does",
-            marks=pytest.mark.xfail(reason="a rod's mass is told before an added one, which ties with it"),
         ),
         pytest.param(
             203300172, "pair", "impedance", ("distributed_rod", "second_mode"), "quantised", None,
@@ -168,7 +167,6 @@ def test_a_resistance_that_grows_without_a_reactance(tmp_path: Path, grows: Call
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="the effect is named; the nearest base leaves 16.8 times the noise, not 20")
 def test_an_effect_that_is_larger_than_what_it_is_added_to(tmp_path: Path) -> None:
     """A winding whose resistance grows sixtyfold bends the base so far that no optimum is left near the
     truth: descents from the bent one end ten times the noise away."""

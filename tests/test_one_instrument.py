@@ -71,7 +71,6 @@ def test_what_is_coloured_in_one_recording_alone_is_no_noise(
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="no single effect gains beside slow noise, so no pair is tried: told as unknown")
 def test_a_pair_that_one_recording_shows_is_not_taken_for_noise(tmp_path: Path) -> None:
     secret = draw(204900079, "pair", "force", ("magnetic_pull", "end_stop"), (30.0, 1e4), "clean", 3.0)
     write_case(secret, tmp_path)

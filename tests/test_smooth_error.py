@@ -95,7 +95,6 @@ def test_a_smooth_error_is_found_where_there_is_one(tmp_path: Path, noise: str, 
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="two effects are told; the third leaves them within what laws are off by")
 def test_a_law_that_is_far_off_is_no_error_of_the_instrument() -> None:
     """A ferrite choke beyond its self-resonance: two relaxations, of which the catalogue's one law leaves
     many times the noise."""
