@@ -12,7 +12,7 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import ANY, RARER, Effect, Shape, Strength, Values
+from modelgen.effects.effect import ANY, RARER, UPON, Effect, Shape, Strength, Values
 from modelgen.language import Equation, Implicit, Model, Parameter, Port, Statement, im, j, re, sqrt
 
 HARMONIC = "A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 4.1; first harmonic"
@@ -81,6 +81,7 @@ cubic_at_drive = Effect(
     (Strength("kappa", "{stiffness}**3", bounds=ANY, text="3/4 k_3 times the drive force squared"),),
     _cubic,
     needs=("omega",),
+    acts=UPON,
 )
 
 
@@ -102,6 +103,7 @@ quadratic_at_drive = Effect(
     (Strength("delta", "{impedance}**2", text="8/(3π) c_2 times the drive force"),),
     _quadratic,
     needs=("omega",),
+    acts=UPON,
 )
 
 

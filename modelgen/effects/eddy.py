@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, add, change, unit_omega
+from modelgen.effects.effect import AROUND, RARER, Effect, Shape, Strength, Values, add, change, unit_omega
 from modelgen.language import Model, Parameter, Port, eddy_factor, j, powj
 
 
@@ -72,6 +72,7 @@ parallel_semi_inductance = Effect(
     _beside_skin,
     (Shape("n_p", "1", "1", 0.3, 0.85, 4, log=False, text="exponent; 1/2 for an ideal half-space of iron"),),
     needs=("omega",),
+    acts=AROUND,
 )
 
 shunted_inductance = Effect(
@@ -82,6 +83,7 @@ shunted_inductance = Effect(
     (Strength("G", "s/{port}", text="1/R of the resistance that shunts the inductance"),),
     change(lambda L, at, p: L / (1 + j * at["omega"] * p["G"] * L)),
     needs=("omega",),
+    acts=AROUND,
 )
 
 shorted_turn = Effect(

@@ -22,6 +22,10 @@ Apply = Callable[[Model, Port, Values], Model]
 ANY = (-inf, inf)
 """Bounds of a strength of either sign."""
 
+BESIDE, AROUND, BEFORE, UPON = range(4)
+"""Turns of effects: a term of its own; what all of a material does (waves run in it), or a shunt around it;
+what is in series with all behind it; what depends on how far the whole moves."""
+
 RARER = 0.1
 """`Effect.common` of a further law of an id, which is the first one over again where an effect is faint or
 sharp: without clear evidence for what is its own the first serves, and it is no more reason for the name."""
@@ -110,7 +114,8 @@ class Effect:
     them apart. `instead`: ids that this law is an account instead of, and never beside: free as it is, it
     would take up what their laws are not quite right about. `each`: strengths have a value of their own in
     each repeat of a sweep, null in the first one unless `first`. `units`: the port's
-    quantity must be in one of these, or a plain number: a magnet pulls with a force.
+    quantity must be in one of these, or a plain number: a magnet pulls with a force. `acts`: at which turn,
+    where several effects are composed: on what those of lower turns have made of the port.
     """
 
     id: str
@@ -133,6 +138,7 @@ class Effect:
     first: bool = False
     levels: bool = False
     units: tuple[str, ...] = ()
+    acts: int = BESIDE
 
     def fits(self, model: Model) -> tuple[Port, ...]:
         """The ports of `model` that this effect can be added to: those of the first of its kinds that there

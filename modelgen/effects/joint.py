@@ -6,7 +6,7 @@ from typing import Any
 from sympy import Symbol, sympify
 
 from modelgen.effects.clearance import inner, moved
-from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, change, unit_of
+from modelgen.effects.effect import BEFORE, RARER, Effect, Shape, Strength, Values, change, unit_of
 from modelgen.effects.motion import MOTION
 from modelgen.effects.start import at_start, put
 from modelgen.language import Abs, Equation, Max, Min, Model, Parameter, Piecewise, Port, State, sign
@@ -146,6 +146,7 @@ soft_joint = Effect(
     _joint,
     needs=(*MOTION, "t", "t_prev"),
     also=("force",),
+    acts=BEFORE,
     common=0.3,
 )
 
@@ -161,6 +162,7 @@ damped_joint = Effect(
     (Shape("tau", "s", "1/omega", 0.03, 1.0, 4, text="dashpot over spring of the joint"),),
     needs=(*MOTION, "t", "t_prev"),
     also=("force",),
+    acts=BEFORE,
     common=RARER,
 )
 
@@ -172,6 +174,7 @@ joint_in_a_cycle = Effect(
     (Strength("c", "1/{port}", text="compliance of the joint"),),
     change(lambda K, at, p: K / (1 + p["c"] * K)),
     needs=("amplitude",),
+    acts=BEFORE,
 )
 
 EFFECTS = (soft_joint, damped_joint, joint_in_a_cycle)

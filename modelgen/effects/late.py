@@ -6,7 +6,7 @@ from typing import Any
 from sympy import And, Ne, Symbol
 
 from modelgen.effects.clearance import inner, moved
-from modelgen.effects.effect import Strength, Values, unit_of
+from modelgen.effects.effect import UPON, Strength, Values, unit_of
 from modelgen.effects.motion import MOTION
 from modelgen.effects.sensor import sensor_delay
 from modelgen.effects.start import at_start
@@ -99,6 +99,7 @@ late_displacement = replace(
     strengths=(Strength("tau_d", "s", text="delay of the displacement"),),
     apply=_ahead,
     needs=(*MOTION, "a", "t", "t_prev"),
+    acts=UPON,
 )
 
 EFFECTS = (early_force, late_displacement)

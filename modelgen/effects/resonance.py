@@ -6,7 +6,7 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.effects.effect import RARER, Effect, Shape, Strength, Values, add_impedance, unit_of
+from modelgen.effects.effect import BEFORE, RARER, Effect, Shape, Strength, Values, add_impedance, unit_of
 from modelgen.effects.start import at_start
 from modelgen.language import Model, Port, State, cos, exp, j, sin, sqrt
 
@@ -140,6 +140,7 @@ def _joint(spring: str, lossy: bool) -> Effect:
         needs=("omega",),
         also=("stiffness",) if spring else (),
         secant=True,  # the derivative at null knows nothing of the resonance
+        acts=BEFORE,
     )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from sympy import Add, Basic, Mul, Pow, sympify
 
-from modelgen.effects.effect import Effect, Shape, Strength, add_impedance, change
+from modelgen.effects.effect import AROUND, Effect, Shape, Strength, add_impedance, change
 from modelgen.effects.resonance import LOSS
 from modelgen.language import im, j, re
 
@@ -65,6 +65,7 @@ def _rod(lossy: bool) -> Effect:
         (LOSS,) if lossy else (),
         needs=("omega",),
         secant=True,  # a third of the rod's mass at first order, which any moving mass absorbs
+        acts=AROUND,
     )  # fmt: skip
 
 

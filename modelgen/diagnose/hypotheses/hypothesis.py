@@ -95,9 +95,13 @@ def _extended(model: Model, added: tuple[Addition, ...]) -> Model:
 
 
 def _chained(added: tuple[Addition, ...]) -> tuple[Addition, ...]:
-    """The effects in an order in which what the recording chain does to a device's terminals acts on all
-    else."""
-    return tuple(sorted(added, key=lambda a: "sensor" in a.effect.kinds and a.port.kind == "terminals"))
+    """The effects in the order in which they act, however a search has come by them; what the recording chain
+    does acts on all else."""
+
+    def turn(a: Addition) -> tuple[bool, int, str]:
+        return "sensor" in a.effect.kinds, a.effect.acts, a.id
+
+    return tuple(sorted(added, key=turn))
 
 
 def make_hypotheses(

@@ -136,14 +136,15 @@ def _elsewise(outcome: Outcome) -> dict[Key, list[tuple[str, Fit]]]:
         if (
             f.ids
             and not single
-            and not set(f.ids) >= set(best.ids)
-            and not set(f.ids) <= set(best.ids)
+            and not f.hypothesis.key >= best.hypothesis.key
+            and not f.hypothesis.key <= best.hypothesis.key
             and (_price(f, best) < CLOSE or _as_wrong(outcome, f))
         ):
             tied.append(f)
     found: dict[Key, list[tuple[str, Fit]]] = {}
     for f in sorted(tied, key=lambda f: _price(f, best))[:FEW]:
-        gone = [a for a in best.hypothesis.added if a.id not in f.ids] or list(best.hypothesis.added)
+        added = [a for a in best.hypothesis.added if a.key not in f.hypothesis.key]
+        gone = [a for a in added if a.id not in f.ids] or added
         for b in f.hypothesis.added:
             if b.id not in best.ids:
                 alike = [a for a in gone if a.family == b.family]

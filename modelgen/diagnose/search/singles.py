@@ -12,6 +12,7 @@ from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Setting
 from modelgen.diagnose.noise.recolour import gross
+from modelgen.diagnose.search.afresh import HOPE, afresh, elsewhere
 from modelgen.diagnose.search.far import BENT, beyond_scatter
 from modelgen.diagnose.search.screen import Score, Tangent, score
 from modelgen.diagnose.search.swap import better_of
@@ -35,8 +36,11 @@ def screened(
         away = judge.fit(base.hypothesis, [theta])
         if abs(away.bic - base.bic) > 1.0 or not np.allclose(away.theta, base.theta, rtol=0.1, atol=0.0):
             fits = better_of(fits, _refit_singles(s, away, judge, _scored(s, away, judge, singles)))
-    if s.cheap and not s.model.is_time_model:
-        fits = _crossed(s, base, judge, _afresh(s, base, judge, fits))
+    if s.model.is_time_model:
+        for there in elsewhere(s, base, judge, fits):
+            fits = better_of(fits, _refit_singles(s, there, judge, _scored(s, there, judge, singles)))
+    elif s.cheap:
+        fits = _crossed(s, base, judge, afresh(s, base, judge, fits))
     fits = sorted(fits, key=lambda f: f.bic)
     fits = [*s.each(partial(_unhooked, judge), fits[: s.beam]), *fits[s.beam :]]
     gained = {f.hypothesis.key for f in fits if base.bic - f.bic > ALARM}
@@ -90,8 +94,6 @@ def _refit_singles(s: Setting, base: Fit, judge: Judge, scores: Sequence[Score])
 
 OTHERS = 3
 """Effects beyond the most promising laws, where fits are dear: the many laws of one leave others a place."""
-HOPE = 2.0
-"""Times the χ² of a fit that is there, which descents from elsewhere must reach in their first steps."""
 SOME, EVERY = 24, 1000
 """Places where a resonance may lie from which descents start."""
 FAINT = 0.1
@@ -137,36 +139,6 @@ def _beside(s: Setting, base: Fit, judge: Judge, seen: Sequence[Score], fits: Se
         return min((f, other), key=lambda f: f.bic)
 
     return s.each(again, list(zip(seen, fits, strict=True)))
-
-
-ASTRAY = 5.0
-"""Residuals of the best fit this many times the scatter: the base has no optimum near the truth, …"""
-DECADES, FRESH = 2.0, 32
-"""… and descents start all over, from so many points that lie within so many decades of its defaults."""
-
-
-def _afresh(s: Setting, base: Fit, judge: Judge, fits: Sequence[Fit]) -> list[Fit]:
-    """`fits` of sweeps, where none is near the recordings again from all over the parameters' range: what an
-    effect as large as the base itself has bent, no descent brings back."""
-    best = min(fits, key=lambda f: f.chi2, default=base)
-    if base.bic - best.bic < ALARM or beyond_scatter(best) < ASTRAY:
-        return list(fits)
-    h, rng = base.hypothesis, np.random.default_rng(0)
-    defaults = base_starts(h, 0, 1)[0]
-
-    def scattered(f: Fit) -> tuple[Fit, list[Array]]:
-        grid, span = f.hypothesis.added[-1].grid, np.log(10.0) * DECADES
-        starts = [
-            f.hypothesis.place(h, defaults * np.exp(rng.uniform(-span, span, len(defaults))), own)
-            for own in (grid[k] for k in rng.integers(len(grid), size=FRESH))
-        ]
-        return f, starts
-
-    def again(found: tuple[Fit, list[Array]]) -> Fit:
-        f, starts = found
-        return min(f, judge.fit(f.hypothesis, starts, worth=HOPE * f.chi2), key=lambda f: f.bic)
-
-    return s.each(again, [scattered(f) for f in fits])
 
 
 def _crossed(s: Setting, base: Fit, judge: Judge, fits: Sequence[Fit]) -> list[Fit]:
