@@ -595,8 +595,10 @@ def test_drag_in_a_smooth_channel() -> None:
 
 def test_damping_along_the_stroke() -> None:
     motion = record(np.linspace(0, 2, 400), wobble)
-    F = force(find("position_dependent_damping", "force"), motion, c_z=0.3)
+    F = force(find("position_dependent_damping", "force", "c_z"), motion, c_z=0.3)
     assert np.allclose(F, 0.3 * motion["z"] * motion["v"])
+    F = force(find("position_dependent_damping", "force", "c_z1"), motion, c_z1=0.3, c_z2=0.2)
+    assert np.allclose(F, (0.3 * motion["z"] + 0.2 * motion["z"] ** 2) * motion["v"])
 
 
 def test_friction_along_the_stroke() -> None:
@@ -1131,6 +1133,12 @@ def test_a_solid_pole_holds_the_flux_of_bessel_functions() -> None:
     old, new = at_port(find("semi_inductance", "electrical_impedance", "L_3"), L_3=3e-4, omega_3=900.0)
     x = np.sqrt(1j * w / 900.0)
     assert np.allclose(new - old, 1j * w * 3e-4 * 2 * iv(1, x) / (x * iv(0, x)), rtol=1e-10)
+
+
+def test_flux_enters_a_plate_through_its_skin() -> None:
+    old, new = at_port(find("semi_inductance", "electrical_impedance", "L_p"), L_p=3e-4, omega_p=900.0)
+    x = np.sqrt(1j * w / 900.0)
+    assert np.allclose(new - old, 1j * w * 3e-4 * np.tanh(x) / x, rtol=1e-10)
 
 
 def test_a_winding_of_one_layer_is_a_foil_and_of_many_loses_with_their_square() -> None:

@@ -1,5 +1,7 @@
 """Damping in the time domain: dashpots that aren't linear, and the linear one."""
 
+from dataclasses import replace
+
 from sympy import Rational
 
 from modelgen.effects.effect import ANY, RARER, Effect, Shape, Strength, Values, add, unit_of
@@ -57,6 +59,18 @@ position_damping = Effect(
 )
 
 
+grooved_damping = replace(
+    position_damping,
+    says="the dashpot is harder (or softer) at the ends of the stroke than between them, as in a damper with "
+    "metering grooves or one whose fluid is squeezed out",
+    strengths=(
+        Strength("c_z1", "{port}/(({v})*({z}))", bounds=ANY, text="slope of the damping coefficient"),
+        Strength("c_z2", "{port}/(({v})*({z})**2)", bounds=ANY, text="half its curvature"),
+    ),
+    apply=add(lambda at, p: (p["c_z1"] * at["z"] + p["c_z2"] * at["z"] ** 2) * at["v"]),
+)
+
+
 def _power_law_damping(model: Model, port: Port, p: Values) -> Model:
     unit = _unit(model, port)
     v = port["v"]
@@ -106,6 +120,7 @@ EFFECTS = (
     quadratic_damping,
     asymmetric_damping,
     position_damping,
+    grooved_damping,
     smooth_pipe,
     power_law_damping,
 )

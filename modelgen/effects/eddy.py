@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from modelgen.effects.effect import AROUND, RARER, Effect, Shape, Strength, Values, add, change, unit_omega
-from modelgen.language import Model, Parameter, Port, eddy_factor, j, powj
+from modelgen.language import Model, Parameter, Port, eddy_factor, exp, j, powj
 
 
 def _semi_inductance(model: Model, port: Port, p: Mapping[str, Parameter]) -> Model:
@@ -51,6 +51,27 @@ solid_core = Effect(
     (Strength("share", "1", bounds=(0.0, 1.0), text="share of the inductance by the flux in the core"),),
     change(lambda L, at, p: L * (1 - p["share"] * (1 - eddy_factor(at["omega"] / p["omega_c"])))),
     (replace(solid_pole.shapes[0], name="omega_c"),),
+    needs=("omega",),
+    common=RARER,
+)
+
+
+def _plate(at: Port, p: Values) -> Any:
+    """jω L_p tanh(s)/s with s = √(jω/ω_p)."""
+    s = powj(at["omega"] / p["omega_p"], 0.5)
+    faded = exp(-2 * s)
+    return j * at["omega"] * p["L_p"] * (1 - faded) / ((1 + faded) * s)
+
+
+solid_plate = Effect(
+    "semi_inductance",
+    ("electrical_impedance",),
+    "flux enters a solid plate only through its skin: a part L_p of the inductance falls with the root of "
+    "frequency above ω_p, L_p tanh(s)/s with s = √(jω/ω_p)",
+    "R. L. Stoll, The Analysis of Eddy Currents (1974), ch. 2: plate; J. Vanderkooy, JAES 37 (1989) 119",
+    (Strength("L_p", "{port}*s", text="inductance by the flux in the plate, at low frequency"),),
+    add(_plate),
+    (replace(solid_pole.shapes[0], name="omega_p", text="where the skin is as deep as half the plate"),),
     needs=("omega",),
     common=RARER,
 )
@@ -174,6 +195,7 @@ EFFECTS = (
     semi_inductance,
     solid_pole,
     solid_core,
+    solid_plate,
     parallel_semi_inductance,
     shunted_inductance,
     shorted_turn,

@@ -65,7 +65,7 @@ class Shape:
     "position" (the recorded range of the displacement), "port" (modulus of the port's quantity, by the base
     fit), "mass" (of a mechanical port, that quantity as a mass), "1" (plain numbers: low and high as they
     are), or an expression in these such as "port/max(omega)**2". `points` values are tried first, evenly in
-    the logarithm unless `log` is False.
+    the logarithm unless `log` is False. `within`: no fit leaves that range, where the motion is recorded.
     """
 
     name: str
@@ -76,6 +76,7 @@ class Shape:
     points: int = 8
     log: bool = True
     text: str = ""
+    within: bool = False
 
 
 def search_range(q: Strength | Shape, scales: Mapping[str, ArrayLike]) -> tuple[float, float]:

@@ -8,7 +8,13 @@ from modelgen.language import Abs, Max, Model, Parameter, Port, exp
 
 
 def _stop(side: int) -> Effect:
-    end = "upper" if side > 0 else "lower"
+    """Contact at an end: in the outer half of the stroke. What acts on more of it is a spring that isn't
+    even."""
+    end, last = ("upper", "max") if side > 0 else ("lower", "min")
+    place = Shape(
+        f"z_{end}", "{z}", f"(position + {last}(position))/2", 1.0, 1.0, 12, log=False,
+        text="where the contact begins", within=True,
+    )  # fmt: skip
     return Effect(
         "end_stop",
         ("force",),
@@ -17,7 +23,7 @@ def _stop(side: int) -> Effect:
         "S. W. Shaw, P. J. Holmes, J. Sound Vib. 90 (1983) 129",
         (Strength(f"k_{end}", "{port}/{z}", text="stiffness of the contact"),),
         add(lambda at, p: side * p[f"k_{end}"] * Max(0, side * (at["z"] - p[f"z_{end}"]))),
-        (Shape(f"z_{end}", "{z}", "position", 1.0, 1.0, 12, log=False, text="where the contact begins"),),
+        (place,),
         needs=("z",),
     )
 

@@ -105,7 +105,7 @@ def make_series(model: Model, case: Case, recording: Recording) -> Series:
     """
     from modelgen.codegen.inputs import complete_inputs
 
-    _check_motion(model, recording)
+    _check_motion(model, case, recording)
     inputs, _ = complete_inputs(model, recording.inputs, input_noise(model, case, recording))
     found = _measured(model, recording)
     first, kind = found[0], recording.kinds[found[0]]
@@ -161,12 +161,14 @@ def _channels(model: Model, recording: Recording, found: Sequence[str]) -> tuple
     return np.stack([recording.outputs[o] for o in found]), tuple(outputs.index(o) for o in found)
 
 
-def _check_motion(model: Model, recording: Recording) -> None:
-    """What a rate is taken of moves."""
+def _check_motion(model: Model, case: Case, recording: Recording) -> None:
+    """What a rate is taken of moves, in one of the recordings at least: it may be held in others."""
     for of in {i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"}:
-        x = recording.inputs.get(of)
-        if x is not None and x.size and np.ptp(x) == 0:
-            raise InputError(f"recording '{recording.name}': '{of}' is {x[0]:g} throughout, wanted a motion")
+        recorded = [r.inputs[of] for r in (recording, *case.fit) if of in r.inputs and r.inputs[of].size]
+        if recorded and not any(np.ptp(x) for x in recorded):
+            raise InputError(
+                f"recording '{recording.name}': '{of}' is {recorded[0][0]:g} throughout, wanted a motion"
+            )
 
 
 def input_noise(model: Model, case: Case, recording: Recording) -> dict[str, float | None]:

@@ -124,9 +124,10 @@ def _with_ranges(model: Model, a: Addition) -> Model:
 def _margins(a: Addition, q: Shape) -> tuple[float, float]:
     """Bounds of a shape that is searched first in its range."""
     low, high = a.ranges[q.name]
-    if q.scale == "1":
+    unseen = a.unseen and any(m in q.scale for m in MOTIONS)
+    if q.scale == "1" or (isinstance(q, Shape) and q.within and not unseen):
         return low, high
-    more = UNSEEN if a.unseen and q.scale in MOTIONS else MARGIN
+    more = UNSEEN if unseen else MARGIN
     beyond = (high - low) * (more - 1) / 2
     return (low / more, high * more) if q.log and low > 0 else (low - beyond, high + beyond)
 

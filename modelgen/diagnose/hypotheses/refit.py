@@ -113,14 +113,23 @@ class Judge:
 
     def revived(self, f: Fit, like: Fit) -> Fit:
         """A fit or, if that is better, one from where the parameters that descents have driven to a bound are
-        as in the fit `like` it: without friction, how it slips has no slope that led back."""
-        ends = _ends_of(f) - _ends_of(like)
+        as in the fit `like` it, without friction, how it slips has no slope that led back; or in the middle
+        of their range, where kinks hold descents up and they say how a record began."""
+        ends, pasts = _ends_of(f), self._held(f)
         there = dict(zip(like.hypothesis.names, like.theta.tolist(), strict=True))
+        there = {n: x for n, x in there.items() if n not in _ends_of(like)} | pasts
         own = zip(f.hypothesis.names, f.theta.tolist(), strict=True)
         start = [there.get(n, x) if n in ends else x for n, x in own]
         if start == f.theta.tolist():
             return f
         return min(f, self.fit(f.hypothesis, [np.array(start)]), key=lambda f: f.bic)
+
+    def _held(self, f: Fit) -> dict[str, float]:
+        """The middle of the range of what the kinked effects of a fit were before the records."""
+        h, layout = f.hypothesis, f.hypothesis.experiment.layout
+        kinked = tuple(f"{a.id}_" for a in h.added if a.effect.secant)
+        found = zip(h.names, layout.parameters, is_past(layout, h.pasts), strict=True)
+        return {n: centre(p) for n, p, past in found if past and kinked and n.startswith(kinked)}
 
     def _sprinted(self, h: Hypothesis, starts: Sequence[Array]) -> list[tuple[float, Array]]:
         """(r·r, θ) where the first steps from `starts` lead, of a crowd those of the best after a few."""

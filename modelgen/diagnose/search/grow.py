@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -48,30 +49,49 @@ def grow(
             own = dict(zip(g.fit.hypothesis.names, g.fit.theta, strict=True))
             starts.append(h.place(g.other.hypothesis, g.other.theta, _only(own, g.fit)))
         f = judge.fit(h, starts, worth=np.inf if s.cheap else _worth(g.fit, judge))
+        if f.chi2 > g.fit.chi2:  # it holds g.fit, so the first order has led astray
+            f = min(f, judge.fit(h, faint(h, g.addition, starts)), key=lambda f: f.bic)
         return f if s.cheap else judge.revived(f, g.fit)
 
     found = s.each(fitted, made)
     return found if s.cheap else [*found, *_likewise(s, judge, beam, found)]
 
 
+ALSO = 2
+"""Effects that, as they were best beside one of the beam, are tried beside all of it."""
+FAINT = 0.1
+"""Part of what the first order promises from which descents start, too."""
+
+
+def faint(h: Hypothesis, a: Addition, starts: Sequence[Array]) -> list[Array]:
+    """Starts with little of an effect."""
+    at = [h.names.index(n) for n in a.nulls]
+    null = np.array(list(a.nulls.values()))
+    little = [start.copy() for start in starts]
+    for start in little:
+        start[at] = null + FAINT * (start[at] - null)
+    return little
+
+
 def _likewise(s: Setting, judge: Judge, beam: Sequence[Fit], found: Sequence[Fit]) -> list[Fit]:
-    """What the best of `found` has added, beside the others of the beam: how much it does there, their own
-    first order may not tell. Where fits are cheap, exchanges find it."""
-    best = min(found, key=lambda f: f.bic, default=None)
-    if best is None:
-        return []
-    *_, a = best.hypothesis.added
+    """What the best few of `found` have added, beside the others of the beam: how much it does there, their
+    own first order may not tell. Where fits are cheap, exchanges find it."""
+    best: dict[str, Fit] = {}
+    for f in sorted(found, key=lambda f: f.bic):
+        best.setdefault(f.hypothesis.added[-1].id, f)
     known = {f.hypothesis.key for f in found}
-    others = [f for f in beam if a.id not in f.ids and f.hypothesis.key | {a.key} not in known]
-    made = make_hypotheses(s.model, s.case, s.series, [(*f.hypothesis.added, a) for f in others])
-    own = own_values(best, a)
-    fit_of = {f.hypothesis.key | {a.key}: f for f in others}
+    whole: dict[Key, tuple[Fit, Fit]] = {}
+    for f, g in product(list(best.values())[:ALSO], beam):
+        a = f.hypothesis.added[-1]
+        if a.id not in g.ids and (key := g.hypothesis.key | {a.key}) not in known:
+            whole.setdefault(key, (f, g))
+    sets = [(*g.hypothesis.added, f.hypothesis.added[-1]) for f, g in whole.values()]
 
     def fitted(h: Hypothesis) -> Fit:
-        f = fit_of[h.key]
-        return judge.fit(h, [h.place(f.hypothesis, f.theta, own)])
+        f, g = whole[h.key]
+        return judge.fit(h, [h.place(g.hypothesis, g.theta, own_values(f, f.hypothesis.added[-1]))])
 
-    return s.each(fitted, made)
+    return s.each(fitted, make_hypotheses(s.model, s.case, s.series, sets))
 
 
 def own_values(f: Fit, a: Addition) -> dict[str, float]:

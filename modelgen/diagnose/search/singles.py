@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -14,10 +14,10 @@ from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Setting
 from modelgen.diagnose.noise.recolour import gross
 from modelgen.diagnose.search.afresh import HOPE, afresh, elsewhere
 from modelgen.diagnose.search.far import BENT, beyond_scatter
+from modelgen.diagnose.search.grow import faint
 from modelgen.diagnose.search.screen import Score, Tangent, score
 from modelgen.diagnose.search.swap import better_of
 from modelgen.fit.experiment import initial_parameters
-from modelgen.fit.series import Array
 
 ASIDE = (0.97, 1.0, 1.03)
 """Factors of a strength between which descents have kinks to overcome."""
@@ -96,8 +96,6 @@ OTHERS = 3
 """Effects beyond the most promising laws, where fits are dear: the many laws of one leave others a place."""
 SOME, EVERY = 24, 1000
 """Places where a resonance may lie from which descents start."""
-FAINT = 0.1
-"""Part of what the first order promises from which descents start, too."""
 
 
 def _scouted(s: Setting, base: Fit, judge: Judge, seen: Sequence[Score], fits: Sequence[Fit]) -> list[Fit]:
@@ -113,7 +111,8 @@ def _scouted(s: Setting, base: Fit, judge: Judge, seen: Sequence[Score], fits: S
         places = x.some(min(count, len(x.scouts)))
         starts = [x.hypothesis.place(base.hypothesis, base.theta, v) for v in places]
         if f.chi2 > base.chi2:
-            starts += [_faint(x, base, v) for _, v in x.starts]
+            here = [x.hypothesis.place(base.hypothesis, base.theta, v) for _, v in x.starts]
+            starts += faint(x.hypothesis, x.addition, here)
         other = judge.fit(x.hypothesis, starts, worth=HOPE * f.chi2, few=SCOUTS) if starts else f
         return min((f, other), key=lambda f: f.bic)
 
@@ -166,15 +165,6 @@ FAR = 2.0
 """… this many times: the base is bent far."""
 SCOUTS = 6
 """Descents that go on: in a narrow resonance they are slow at first."""
-
-
-def _faint(x: Score, base: Fit, values: Mapping[str, float]) -> Array:
-    """A start with little of an effect."""
-    start = x.hypothesis.place(base.hypothesis, base.theta, values)
-    null = x.hypothesis.place(base.hypothesis, base.theta, {})
-    at = [x.hypothesis.names.index(n) for n in x.addition.strengths]
-    start[at] = null[at] + FAINT * (start[at] - null[at])
-    return start
 
 
 def _unhooked(judge: Judge, f: Fit) -> Fit:
