@@ -19,8 +19,8 @@ from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
 from modelgen.diagnose.noise.recolour import gross, recolour
 from modelgen.diagnose.noise.replica import on
 from modelgen.diagnose.search.claim import gains
+from modelgen.diagnose.search.fewer import parts
 from modelgen.diagnose.search.search import white_judge
-from modelgen.diagnose.search.swap import parts
 from modelgen.fit.path import likeliest
 from modelgen.fit.series import Series
 

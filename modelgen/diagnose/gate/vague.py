@@ -12,7 +12,7 @@ from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.ranking import Standing
 from modelgen.diagnose.hypotheses.refit import misfit
 from modelgen.diagnose.hypotheses.setting import Outcome, Setting
-from modelgen.diagnose.search.swap import parts
+from modelgen.diagnose.search.fewer import parts
 
 FAMILIES = 4
 """Families of physics that a further effect may be one of, and still be told."""

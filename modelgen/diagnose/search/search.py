@@ -24,11 +24,12 @@ from modelgen.diagnose.noise.smooth_error import quietness, smooth_error, with_s
 from modelgen.diagnose.search.claim import PLAIN, gains, hidden, own_gain, worse
 from modelgen.diagnose.search.deserved import among_rivals, deserved
 from modelgen.diagnose.search.far import BENT, beyond_scatter
+from modelgen.diagnose.search.fewer import pruned
 from modelgen.diagnose.search.grow import grow
 from modelgen.diagnose.search.joint import joint, plain
 from modelgen.diagnose.search.screen import Score
 from modelgen.diagnose.search.singles import from_singles, screened
-from modelgen.diagnose.search.swap import Key, better_of, by_other_laws, exchanged, merged, parts, swapped
+from modelgen.diagnose.search.swap import Key, better_of, by_other_laws, exchanged, swapped
 from modelgen.fit.series import Series
 
 MOST = 3
@@ -79,7 +80,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
     laws = by_other_laws(s, base, judge, best, list(tried.values()), scores)
     tried = {f.hypothesis.key: f for f in better_of(list(tried.values()), laws)}
     best = min([best, *(f for f in laws if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
-    best, less = _pruned(s, judge, base, best, list(tried.values()), scores)
+    best, less = pruned(s, judge, base, best, list(tried.values()), scores)
     best = base if worse(s, base, best) else best  # under the last colour
     return _concluded(s, judge, base, best, better_of(list(tried.values()), less), blind, singles)
 
@@ -139,29 +140,6 @@ def _exchanged(
         if mean_square(plain_white(best)) > MISSED:  # its values are not those that they will be
             done = frozenset()
     return judge, best, tried
-
-
-def _pruned(
-    s: Setting, judge: Judge, base: Fit, best: Fit, tried: Sequence[Fit], scores: Sequence[Score]
-) -> tuple[Fit, list[Fit]]:
-    """`best` without effects that it no longer needs, as those that came later say the same better; and all
-    that was fitted to see it.
-
-    It needs them where it gains enough on the best account with one effect less, both the best part of it and
-    the best other, two in one among these.
-    """
-    found: list[Fit] = []
-    while True:
-        less = parts(s, judge, best)
-        if not less:
-            return best, found
-        found += [*less, *merged(s, base, judge, best, scores)]
-        others = [f for f in (*tried, *found) if len(f.ids) == len(best.ids) - 1]
-        others = [judge.look(f.hypothesis, f.theta) for f in sorted(others, key=lambda f: f.bic)[: s.beam]]
-        firsts = [min(fits, key=lambda f: f.bic) for fits in (less, others) if fits]
-        if all(gains(s, judge, base, f, best) for f in firsts):
-            return best, found
-        best = min(firsts, key=lambda f: f.bic)
 
 
 def _deeper(

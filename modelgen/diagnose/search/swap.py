@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import product
 from math import inf
-from typing import Any
 
 from modelgen.diagnose.hypotheses.addition import Addition
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
@@ -28,8 +27,6 @@ STRONG = 5
 """Effects that alone were best, which are tried in the place of one at the same port."""
 CROSSED = 2
 """The best of each place that are tried together."""
-FAR = 2.0
-"""Residuals of the base this many times the scatter: it is bent far."""
 RIVALS = 3 * CLOSE
 """ΔBIC within which another law may make a hypothesis the best one."""
 MOVED, PLACES = 4, 24
@@ -109,43 +106,6 @@ def by_other_laws(
     return found
 
 
-def parts(s: Setting, judge: Judge, best: Fit) -> list[Fit]:
-    """`best` less each of its effects, fitted from where it is."""
-    added = best.hypothesis.added
-    less = [tuple(b for b in added if b is not a) for a in added] if len(added) > 1 else []
-    made = make_hypotheses(s.model, s.case, s.series, less)
-    return s.each(lambda h: judge.fit(h, [h.place(best.hypothesis, best.theta, {})]), made)
-
-
-def merged(s: Setting, base: Fit, judge: Judge, best: Fit, scores: Sequence[Score]) -> list[Fit]:
-    """`best` with two of its effects exchanged for a single one, from where the base's own parameters are
-    beside them: two may say what one would have said, had the base not been bent too far to see it."""
-    if len(best.ids) < 2 or beyond_scatter(base) < FAR:
-        return []
-    found: list[Fit] = []
-    for gone in combinations(best.hypothesis.added, 2):
-        kept = tuple(a for a in best.hypothesis.added if a not in gone)
-        rest = make_hypotheses(s.model, s.case, s.series, [kept])[0]
-        beside = judge.look(rest, rest.place(best.hypothesis, best.theta, {}))
-        usable = [x for x in scores if x.addition.id not in rest.ids]
-        promised = sorted(_scored(s, base, judge, beside, usable, True), key=lambda p: p.left)
-        kinds = list(dict.fromkeys(p.addition.id for p in promised))[:FEW]
-        chosen = []
-        for kind in kinds:  # of each physics the best law, and the plainest
-            laws = [p for p in promised if p.addition.id == kind]
-            plainest = min(laws, key=lambda p: p.addition.count)
-            chosen += [laws[0]] if plainest is laws[0] else [laws[0], plainest]
-        own = {p.addition.key: p for p in chosen}
-        made = make_hypotheses(s.model, s.case, s.series, [(*kept, p.addition) for p in chosen])
-
-        def fitted(h: Hypothesis, rest: Hypothesis = rest, own: Mapping[Any, Promise] = own) -> Fit:
-            p = own[h.added[-1].key]
-            return judge.fit(h, [h.place(rest, p.theta, p.values)])
-
-        found += s.each(fitted, made)
-    return found
-
-
 def _keep(found: dict[Key, Fit], fits: Sequence[Fit]) -> None:
     """Put into `found` what is new, or better than what it has."""
     for f in fits:
@@ -182,7 +142,7 @@ def _exchanges(
     usable = [x for x in scores if x.addition.key != old.key and x.addition.id not in rest.ids]
     found: dict[tuple[str, str, int], list[Promise]] = {}
     for f in (beside, alone):
-        for p in _scored(s, base, judge, f, usable, scouting):
+        for p in promised(s, base, judge, f, usable, scouting):
             found.setdefault(p.addition.key, []).append(p)
     chosen = sorted(found.values(), key=_least)[:most]
     if most < len(scores):
@@ -245,7 +205,7 @@ def _least(promises: Sequence[Promise]) -> float:
     return min(p.left for p in promises)
 
 
-def _scored(
+def promised(
     s: Setting, base: Fit, judge: Judge, f: Fit, scores: Sequence[Score], scouting: bool = False
 ) -> list[Promise]:
     """What each effect promises beside f: in the shapes that explained most alone or, `scouting`, in any."""
