@@ -126,7 +126,8 @@ def _elsewise(outcome: Outcome) -> dict[Key, list[tuple[str, Fit]]]:
     """Hypotheses that differ in more than one effect and that the data exclude as little: the best few, each
     of their effects in the place of one of the best hypothesis (of its family, or at its port).
 
-    More effects cost what each has to gain to be claimed.
+    More effects cost what each has to gain to be claimed. One that adds to the same physics, by other laws,
+    is another account if it has no more numbers.
     """
     best = outcome.best
     tied = []
@@ -136,8 +137,8 @@ def _elsewise(outcome: Outcome) -> dict[Key, list[tuple[str, Fit]]]:
         if (
             f.ids
             and not single
-            and not f.hypothesis.key >= best.hypothesis.key
-            and not f.hypothesis.key <= best.hypothesis.key
+            and not _adds(f, best)
+            and not set(f.ids) <= set(best.ids)
             and (_price(f, best) < CLOSE or _as_wrong(outcome, f))
         ):
             tied.append(f)
@@ -151,6 +152,11 @@ def _elsewise(outcome: Outcome) -> dict[Key, list[tuple[str, Fit]]]:
                 near = [a for a in gone if a.port.name == b.port.name]
                 found.setdefault((alike or near or gone)[0].key, []).append((b.id, f))
     return found
+
+
+def _adds(f: Fit, best: Fit) -> bool:
+    more = set(f.ids) >= set(best.ids)
+    return more and (f.parameters > best.parameters or f.hypothesis.key >= best.hypothesis.key)
 
 
 WRONG = 1.5

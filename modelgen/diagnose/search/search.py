@@ -167,11 +167,21 @@ def _deeper(
     better = far or min(f.bic for f in grown) < least
     if better or _flexible(s, before):
         grown = [*grown, *_together(s, base, judge, scores, first, grown, depth)]
-    if better or min(f.bic for f in grown) < least:
+    if better or min(f.bic for f in grown) < least or _missed(s, best):
         more = swapped(s, base, judge, grown, scores, first)
         judge, base, grown, best = recolour_pairs(s, judge, base, more, best)
     judge, grown = deserved(s, judge, [base, *beam], grown)
     return judge, base, best, grown
+
+
+FAR = 2.0
+"""Residuals this many times the scatter between neighbours, which are no small effect's."""
+
+
+def _missed(s: Setting, best: Fit) -> bool:
+    """Whether the best account of sweeps is so far from them that exchanges are worth their time though what
+    was added to it gains nothing."""
+    return s.cheap and not s.model.is_time_model and beyond_scatter(best) > FAR
 
 
 ELSEWHERE = 0.5
