@@ -42,13 +42,15 @@ def rather_described(setting: Setting, outcome: Outcome) -> Outcome:
     first = rivals[int(np.argmin(prices))]
     if alone - min(prices) < RATHER:
         return outcome
+    others = [f for f in rivals if f is not first]  # by their own noise they say less
+    seen = replace(seen, tried=tuple(f for f in seen.tried if all(f is not g for g in others)))
     process = smooth_error(plain, first)[2]
     if process is not None:
         lnf = [np.log(s.inputs[setting.model.axis]) for s in setting.series]
         roots = with_smooth(whiteners, lnf, process, quietness(setting.series, whiteners))
         plain = replace(plain, whiteners=roots, smooth=process)
         base = refine(plain, [base])[0]
-        own = {id(f): g for f, g in zip(rivals, refine(plain, rivals), strict=True)}
-        tried = tuple(own.get(id(f)) or plain.look(f.hypothesis, f.theta) for f in seen.tried)
+        own = refine(plain, [first])[0]
+        tried = tuple(own if f is first else plain.look(f.hypothesis, f.theta) for f in seen.tried)
         seen = replace(seen, judge=plain, base=base, best=base, tried=tried)
     return outcome if cheaper(seen) is None else seen
