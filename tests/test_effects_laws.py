@@ -599,6 +599,8 @@ def test_damping_along_the_stroke() -> None:
     assert np.allclose(F, 0.3 * motion["z"] * motion["v"])
     F = force(find("position_dependent_damping", "force", "c_z1"), motion, c_z1=0.3, c_z2=0.2)
     assert np.allclose(F, (0.3 * motion["z"] + 0.2 * motion["z"] ** 2) * motion["v"])
+    F = force(find("position_dependent_damping", "force", "d_lower"), motion, d_lower=0.3, z_lower=-0.2)
+    assert np.allclose(F, 0.3 * np.maximum(-0.2 - motion["z"], 0) * motion["v"])
 
 
 def test_friction_along_the_stroke() -> None:
@@ -708,13 +710,18 @@ def test_friction_by_bouc_and_wen_is_their_differential_equation(n: float, q: fl
 
 @pytest.mark.parametrize(
     ("law", "joint", "rho"),
-    [("c", {"c": 0.4}, 2.0), ("c", {"c": 0.3}, 12.0), ("c_k", {"c_k": 0.3, "tau": 0.05}, 12.0)],
+    [
+        ("c", {"c": 0.4}, 2.0),
+        ("c", {"c": 0.3}, 12.0),
+        ("c_f", {"c_f": 0.3}, 12.0),
+        ("c_k", {"c_k": 0.3, "tau": 0.05}, 12.0),
+    ],
 )
 def test_a_joint_gives_way_to_the_force_behind_it(law: str, joint: dict[str, float], rho: float) -> None:
     """Against the same balance, d + τ d' = c F, solved as a differential equation in the sample's position
-    and friction: from the first sample on, with an offset of the force, and where friction slips within few
-    samples."""
-    c, tau = joint[law], joint.get("tau", 0.0)
+    and friction: from the first sample on, with an offset of the force, which is the sensor's or a load, and
+    where friction slips within few samples."""
+    c, tau, load = joint[law], joint.get("tau", 0.0), 0.7 if law == "c_f" else 0.0
     base = {"k_D": 0.5, "c_D": 0.05, "h_D": 0.4, "rho": rho, "F_0": 0.7}
 
     def begun(t: Array) -> Array:
@@ -726,11 +733,12 @@ def test_a_joint_gives_way_to_the_force_behind_it(law: str, joint: dict[str, flo
     def moves(t: float, y: Array) -> Array:
         x, r = y
         v = (begun(np.array(t + 1e-6)) - begun(np.array(t - 1e-6))) / 2e-6
-        rate = (begun(np.array(t)) - x + tau * v - c * force_of(x, 0.0, r)) / (tau + c * 0.05)
+        balance = c * (force_of(x, 0.0, r) - 0.7 + load)
+        rate = (begun(np.array(t)) - x + tau * v - balance) / (tau + c * 0.05)
         return np.array([rate, rho * (rate - r * abs(rate))])
 
     t = np.linspace(0, 3, 241)
-    at_rest = -c * 0.7 / (1 + c * 0.5)
+    at_rest = -c * load / (1 + c * 0.5)
     x, r = solve_ivp(moves, (0, 3), [at_rest, 0.0], "LSODA", t, rtol=1e-9, atol=1e-11, max_step=2e-3).y
     exact = force_of(x, np.array([moves(*at)[0] for at in zip(t, np.stack([x, r]).T, strict=True)]), r)
     F = force(find("contact_compliance", "displacement", law), record(t, begun), base, **joint)
@@ -738,7 +746,7 @@ def test_a_joint_gives_way_to_the_force_behind_it(law: str, joint: dict[str, flo
     assert np.sqrt(np.mean((F - exact) ** 2)) < 2e-3 * np.std(exact)
 
 
-@pytest.mark.parametrize("law", ["c", "c_k"])
+@pytest.mark.parametrize("law", ["c", "c_f", "c_k"])
 def test_a_memory_begins_behind_a_joint(law: str) -> None:
     """A sample that rests under a force, behind a joint that gives: none of a springpot's arms is stretched,
     and nothing moves."""
@@ -949,6 +957,9 @@ def test_friction_falls_with_speed_and_stops_push_one_way() -> None:
     assert np.allclose(F, -0.7 * np.minimum(z, 0) ** 2)
     F = force(find("end_stop", "force", "P_upper"), motion, P_upper=3.0, c_upper=0.5, m_upper=1.3)
     assert np.allclose(F, 3 * np.maximum(z - 0.5, 0) ** 1.3)
+    hit = dict(P_lower_damped=3.0, c_lower_damped=-0.5, m_lower_damped=1.3, loss_lower_damped=0.2)
+    F = force(find("end_stop", "force", "P_lower_damped"), motion, **hit)
+    assert np.allclose(F, -3 * np.maximum(-0.5 - z, 0) ** 1.3 * (1 - 0.2 * v), atol=1e-9)
     F = force(find("end_stop", "force", "G_lower"), motion, G_lower=0.02, l_lower=0.1)
     assert np.allclose(F, -0.02 * np.exp(-z / 0.1 - 1))
     F = force(find("end_stop", "force", "k_lower"), motion, k_lower=3.0, z_lower=-0.5)

@@ -5,7 +5,7 @@ from dataclasses import replace
 from sympy import Rational
 
 from modelgen.effects.effect import ANY, RARER, Effect, Shape, Strength, Values, add, unit_of
-from modelgen.language import Abs, Model, Parameter, Port, sign
+from modelgen.language import Abs, Max, Model, Parameter, Port, sign
 
 DRAG = "drag with the square of speed, as of a turbulent fluid through an orifice"
 TEXTBOOK = "L. S. Jacobsen, Trans. ASME 52 (1930) 169"
@@ -71,6 +71,25 @@ grooved_damping = replace(
 )
 
 
+def _pin(side: int) -> Effect:
+    """F + ±D max(0, ±(z − z_p)) v."""
+    end = "upper" if side > 0 else "lower"
+    place = Shape(f"z_{end}", "{z}", "position", 1.0, 1.0, 12, log=False, text="where it begins", within=True)
+    return replace(
+        position_damping,
+        says=f"from a certain displacement on, towards the {end} end, the dashpot grows (or falls) with the "
+        "way beyond, as where a metering pin enters its hole",
+        strengths=(
+            Strength(f"d_{end}", "{port}/(({v})*({z}))", bounds=ANY, text="slope of the damping beyond"),
+        ),
+        apply=add(
+            lambda at, p: p[f"d_{end}"] * Max(0, side * (at["z"] - p[f"z_{end}"])) * at["v"],
+        ),
+        shapes=(place,),
+        common=RARER,
+    )
+
+
 def _power_law_damping(model: Model, port: Port, p: Values) -> Model:
     unit = _unit(model, port)
     v = port["v"]
@@ -121,6 +140,8 @@ EFFECTS = (
     asymmetric_damping,
     position_damping,
     grooved_damping,
+    _pin(1),
+    _pin(-1),
     smooth_pipe,
     power_law_damping,
 )

@@ -22,9 +22,9 @@ Apply = Callable[[Model, Port, Values], Model]
 ANY = (-inf, inf)
 """Bounds of a strength of either sign."""
 
-BESIDE, AROUND, BEFORE, UPON = range(4)
-"""Turns of effects: a term of its own; what all of a material does (waves run in it), or a shunt around it;
-what is in series with all behind it; what depends on how far the whole moves."""
+FIRST, BESIDE, AROUND, BEFORE, UPON = range(-1, 4)
+"""Turns of effects: what acts on the base alone; a term of its own; what all of a material does (waves run in
+it), or a shunt around it; what is in series with all behind it; what depends on how far the whole moves."""
 
 RARER = 0.1
 """`Effect.common` of a further law of an id, which is the first one over again where an effect is faint or

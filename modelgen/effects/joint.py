@@ -6,9 +6,9 @@ from typing import Any
 from sympy import Symbol, sympify
 
 from modelgen.effects.clearance import inner, moved
-from modelgen.effects.effect import BEFORE, RARER, Effect, Shape, Strength, Values, change, unit_of
+from modelgen.effects.effect import BEFORE, FIRST, RARER, Effect, Shape, Strength, Values, change, unit_of
 from modelgen.effects.motion import MOTION
-from modelgen.effects.start import at_start, put
+from modelgen.effects.start import at_start, put, undeflected
 from modelgen.language import Abs, Equation, Max, Min, Model, Parameter, Piecewise, Port, State, sign
 
 SERIES = (
@@ -51,10 +51,15 @@ def _damped_joint(model: Model, port: Port, p: Values) -> Model:
     return _behind(model, port, "_k", p["c_k"], p["tau"])
 
 
-def _behind(model: Model, port: Port, mark: str, c: Any, tau: Any) -> Model:
-    """The sample sees z − d with d + τ d' = c F(z − d). Each step solves this by Newton's method, from where
-    the joint goes if it goes on as before: friction bends much within a step. mark: tells names of one law
-    from those of the other."""
+def _loaded_joint(model: Model, port: Port, p: Values) -> Model:
+    return _behind(model, port, "_f", p["c_f"], 0, loaded=True)
+
+
+def _behind(model: Model, port: Port, mark: str, c: Any, tau: Any, loaded: bool = False) -> Model:
+    """The sample sees z − d with d + τ d' = c (F(z − d) − F_rest). Each step solves this by Newton's method,
+    from where the joint goes if it goes on as before: friction bends much within a step. mark: tells names of
+    one law from those of the others. F_rest: what there is where nothing is deflected, the sensor's zero; 0
+    in a joint that is loaded by it."""
     z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
     unit, dt = unit_of(model, port["z"]), port["t"] - port["t_prev"]
     name = f"contact_compliance{mark}"
@@ -68,18 +73,24 @@ def _behind(model: Model, port: Port, mark: str, c: Any, tau: Any) -> Model:
     def seen(new: Any, old: Any, rate: Any) -> dict[str, Any]:
         return {"z": z - new, "v": v - rate, "z_prev": z_prev - old, "z_turn": z_turn - old}
 
-    tries: list[Equation] = []
+    force = next(q for q in model.ports if q.kind == "force")
+    at_rest = Equation(
+        f"{name}_rest", 0 if loaded else undeflected(model, force), model[force.equation].unit,
+        text="the force where nothing is deflected",
+    )  # fmt: skip
+    tries = [] if loaded else [at_rest]
+    rest: Any = 0 if loaded else at_rest.symbol
     new: Any = d + last * dt
     for k in range(STEPS):
         here = _tried(model, port, seen(new, d, rate_of(new)), f"here{mark}_{k}")
         there = _tried(model, port, seen(new + beside, d, rate_of(new + beside)), f"there{mark}_{k}")
-        miss = new + tau * rate_of(new) - c * here[-1]
+        miss = new + tau * rate_of(new) - c * (here[-1] - rest)
         gain = 1 + 3 * tau / dt / 2 - c * (there[-1] - here[-1]) / beside
         step = Equation(f"{name}_try_{k}", new - miss / gain, unit, text="what it gives, tried")
         tries += [*here, *there, step]
         new = step.symbol
     model = model.with_parameters(beside)
-    start, rate_start = _settled(model, port, c, tau, beside)
+    start, rate_start = _settled(model, port, c, tau, beside, 0 if loaded else at_rest.expr)
     before = Equation(f"{name}_before", d, unit, text="what the joint gave one sample before")
     model = _begun_behind(model, port, start)
     gives = State(d.name, start, new, unit=unit, text="what the joint gives")
@@ -96,7 +107,7 @@ def _behind(model: Model, port: Port, mark: str, c: Any, tau: Any) -> Model:
     return moved(model, port, statements, seen(d, before.symbol, rate.symbol))
 
 
-def _settled(model: Model, port: Port, c: Any, tau: Any, beside: Parameter) -> tuple[Any, Any]:
+def _settled(model: Model, port: Port, c: Any, tau: Any, beside: Parameter, rest: Any) -> tuple[Any, Any]:
     """What the joint gives at the first sample, and how fast, as if it had followed the motion all along: by
     one step of Newton's method, as an expression without memory has to be short: so a memory of the motion
     counts as relaxed.
@@ -114,7 +125,7 @@ def _settled(model: Model, port: Port, c: Any, tau: Any, beside: Parameter) -> t
 
     gain = 1 + c * (force(0, 0) - force(beside, 0)) / beside
     rate = v * (1 - 1 / gain)
-    return (c * force(0, rate) - tau * rate) / gain, rate
+    return (c * (force(0, rate) - rest) - tau * rate) / gain, rate
 
 
 BENT = (Abs, Max, Min, Piecewise, sign)
@@ -150,6 +161,14 @@ soft_joint = Effect(
     common=0.3,
 )
 
+loaded_joint = replace(
+    soft_joint,
+    says=SERIES.replace("which sees less motion", "which sees less motion, by its load at rest, too,"),
+    strengths=(replace(soft_joint.strengths[0], name="c_f"),),
+    apply=_loaded_joint,
+    common=RARER,
+)
+
 damped_joint = Effect(
     "contact_compliance",
     ("displacement",),
@@ -177,4 +196,13 @@ joint_in_a_cycle = Effect(
     acts=BEFORE,
 )
 
-EFFECTS = (soft_joint, damped_joint, joint_in_a_cycle)
+joint_at_the_sample = replace(
+    joint_in_a_cycle,
+    says=SERIES + "; what else is missing is on the drive's side",
+    strengths=(replace(joint_in_a_cycle.strengths[0], name="c_s"),),
+    apply=change(lambda K, at, p: K / (1 + p["c_s"] * K)),
+    common=RARER,
+    acts=FIRST,
+)
+
+EFFECTS = (soft_joint, loaded_joint, damped_joint, joint_in_a_cycle, joint_at_the_sample)

@@ -6,8 +6,7 @@ from sympy import Symbol
 
 from modelgen.effects.clearance import within
 from modelgen.effects.effect import AROUND, Effect, Shape, Strength, Values
-from modelgen.effects.motion import moved_input
-from modelgen.effects.start import at_start
+from modelgen.effects.start import at_start, undeflected
 from modelgen.language import Abs, Model, Piecewise, Port, State, exp
 
 # Driven at z, the sample is at z + u, |u| ≤ g: at one side of the gap or the other while it is pushed, and
@@ -23,7 +22,7 @@ TOUCH = 1 - 1e-9  # of the gap, but for rounding
 def _grip(model: Model, port: Port, p: Values) -> Model:
     d, unit = p["d"], model[port.equation].unit
     y = Symbol("loose_grip_y", real=True)
-    offset = _undeflected(model, port)
+    offset = undeflected(model, port)
     first = offset - at_start(model, model[port.equation])
     start = (Abs(first + d) - Abs(first - d)) / 2  # within ±d; cases of cases, as there are in it, multiply
     fading = exp(-(port["t"] - port["t_prev"]) / p["T"])
@@ -35,13 +34,6 @@ def _grip(model: Model, port: Port, p: Values) -> Model:
     return model.extend(
         port.equation, lambda F: Piecewise((F + y, Abs(y) >= TOUCH * d), (offset, True)), statements=memory
     )
-
-
-def _undeflected(model: Model, port: Port) -> Any:
-    """The force where nothing moves, is deflected or remembered, in parameters alone."""
-    motion = {moved_input(model).symbol, *(i.symbol for i in model.inputs if i.derived)}
-    states = {s.symbol for s in model.statements if isinstance(s, State)}
-    return at_start(model, model[port.equation], dict.fromkeys(motion | states, 0))
 
 
 loose_grip = Effect(

@@ -34,7 +34,7 @@ def _positive(x: Any) -> Any:
 
 
 def _power_stop(side: int, damped: bool = False) -> Effect:
-    """F = ±P (x/1 unit)^m, x the way beyond the contact; damped: (P + D v) in the place of P."""
+    """F = ±P (x/1 unit)^m, x the way beyond the contact; damped: P (1 ± λ v) in the place of P."""
     where = "upper" if side > 0 else "lower"
     end, stop = where + ("_damped" if damped else ""), _stop(side)
 
@@ -43,12 +43,14 @@ def _power_stop(side: int, damped: bool = False) -> Effect:
             "unit_way", unit_of(model, port["z"]), 1.0, (0.5, 2.0), "the unit of way", known=True
         )
         beyond = _positive(side * (port["z"] - p[f"c_{end}"])) / unit
-        force = side * p[f"P_{end}"] + (p[f"D_{end}"] * port["v"] if damped else 0)
+        force = side * p[f"P_{end}"] * (1 + side * p[f"loss_{end}"] * port["v"] if damped else 1)
         return model.with_parameters(unit).extend(
             port.equation, lambda F: F + force * (beyond + 1e-12) ** p[f"m_{end}"]
         )
 
-    loss = (Strength(f"D_{end}", "{port}/{v}", text="force over speed at unit way beyond the contact"),)
+    loss = Shape(
+        f"loss_{end}", "1/({v})", "1/speed", 0.1, 3.0, 3, text="by how much the force grows with speed, λ"
+    )
     return replace(
         stop,
         says=stop.says.split(" a stop ")[0] + f" a round or soft stop at the {where} "
@@ -58,14 +60,12 @@ def _power_stop(side: int, damped: bool = False) -> Effect:
         if damped
         else "H. Hertz, J. reine angew. Math. 92 (1882) 156: 3/2 for round bodies; K. L. Johnson, Contact "
         "Mechanics (1985), ch. 4: other powers for other forms",
-        strengths=(
-            Strength(f"P_{end}", "{port}", text="force at unit way beyond the contact"),
-            *(loss if damped else ()),
-        ),
+        strengths=(Strength(f"P_{end}", "{port}", text="force at unit way beyond the contact"),),
         apply=apply,
         shapes=(
             replace(stop.shapes[0], name=f"c_{end}"),
             Shape(f"m_{end}", "1", "1", 1.05, 2.5, 2, log=False, text="power of the way beyond the contact"),
+            *([loss] if damped else []),
         ),
         needs=("z", "v") if damped else ("z",),
         common=0.5 if damped else 1.0,
