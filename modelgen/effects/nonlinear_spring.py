@@ -135,7 +135,7 @@ def _magnet(side: int) -> Effect:
         "(1968), ch. 3",
         (Strength(f"P_{end}", "{port}", text="pull at z = 0"),),
         add(_pull(side)),
-        (Shape(f"g_{end}", "{z}", "displacement", 1.05, 10.0, 8, text="gap at z = 0"),),
+        (Shape(f"g_{end}", "{z}", "max(displacement)", 1.02, 10.0, 8, text="gap at z = 0", within=True),),
         needs=("z",),
         units=("N", "N*m"),
     )

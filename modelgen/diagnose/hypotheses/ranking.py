@@ -127,7 +127,7 @@ def _elsewise(outcome: Outcome) -> dict[Key, list[tuple[str, Fit]]]:
     of their effects in the place of one of the best hypothesis (of its family, or at its port).
 
     More effects cost what each has to gain to be claimed. One that adds to the same physics, by other laws,
-    is another account if it has no more numbers.
+    is another account if it has fewer numbers.
     """
     best = outcome.best
     tied = []
@@ -156,7 +156,7 @@ def _elsewise(outcome: Outcome) -> dict[Key, list[tuple[str, Fit]]]:
 
 def _adds(f: Fit, best: Fit) -> bool:
     more = set(f.ids) >= set(best.ids)
-    return more and (f.parameters > best.parameters or f.hypothesis.key >= best.hypothesis.key)
+    return more and (f.parameters >= best.parameters or f.hypothesis.key >= best.hypothesis.key)
 
 
 WRONG = 1.5
