@@ -5,7 +5,7 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.clearance import within
-from modelgen.effects.effect import AROUND, Effect, Shape, Strength, Values
+from modelgen.effects.effect import UPON, Effect, Shape, Strength, Values
 from modelgen.effects.start import at_start, undeflected
 from modelgen.language import Abs, Model, Piecewise, Port, State, exp
 
@@ -49,7 +49,7 @@ loose_grip = Effect(
     needs=("t", "t_prev"),
     secant=True,
     common=0.5,
-    acts=AROUND,
+    acts=UPON,
 )
 
 EFFECTS = (loose_grip,)
