@@ -10,6 +10,8 @@ from modelgen.diagnose.noise.noise import scatter
 BENT = 1.1
 """Residuals this many times the scatter between neighbours: the first orders of a
 bent base tell little."""
+FAR = 2.0
+"""… this many times: no small effect leaves that, and a base that does is bent far."""
 FEWEST = 15
 """Samples that tell a scatter."""
 

@@ -10,12 +10,9 @@ from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import Setting
 from modelgen.diagnose.search.claim import gains
-from modelgen.diagnose.search.far import beyond_scatter
+from modelgen.diagnose.search.far import FAR, beyond_scatter
 from modelgen.diagnose.search.screen import Score
 from modelgen.diagnose.search.swap import FEW, Promise, promised
-
-FAR = 2.0
-"""Residuals of the base this many times the scatter: it is bent far."""
 
 
 def pruned(

@@ -23,7 +23,7 @@ from modelgen.diagnose.noise.recolour import (
 from modelgen.diagnose.noise.smooth_error import quietness, smooth_error, with_smooth
 from modelgen.diagnose.search.claim import PLAIN, gains, hidden, own_gain, worse
 from modelgen.diagnose.search.deserved import among_rivals, deserved
-from modelgen.diagnose.search.far import BENT, beyond_scatter
+from modelgen.diagnose.search.far import BENT, FAR, beyond_scatter
 from modelgen.diagnose.search.fewer import pruned
 from modelgen.diagnose.search.grow import grow
 from modelgen.diagnose.search.joint import joint, plain
@@ -172,10 +172,6 @@ def _deeper(
         judge, base, grown, best = recolour_pairs(s, judge, base, more, best)
     judge, grown = deserved(s, judge, [base, *beam], grown)
     return judge, base, best, grown
-
-
-FAR = 2.0
-"""Residuals this many times the scatter between neighbours, which are no small effect's."""
 
 
 def _missed(s: Setting, best: Fit) -> bool:

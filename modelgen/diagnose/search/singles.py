@@ -13,7 +13,7 @@ from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_wh
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Setting
 from modelgen.diagnose.noise.recolour import gross
 from modelgen.diagnose.search.afresh import HOPE, afresh, elsewhere
-from modelgen.diagnose.search.far import BENT, beyond_scatter
+from modelgen.diagnose.search.far import BENT, FAR, beyond_scatter
 from modelgen.diagnose.search.grow import faint
 from modelgen.diagnose.search.screen import Score, Tangent, score
 from modelgen.diagnose.search.swap import better_of
@@ -161,8 +161,6 @@ def _crossed(s: Setting, base: Fit, judge: Judge, fits: Sequence[Fit]) -> list[F
 
 GUIDES = 4
 """Fits whose base parameters others start from."""
-FAR = 2.0
-"""… this many times: the base is bent far."""
 SCOUTS = 6
 """Descents that go on: in a narrow resonance they are slow at first."""
 
