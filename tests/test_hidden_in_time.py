@@ -10,6 +10,7 @@ from modelgen.diagnose import diagnose
 from modelgen.diagnose.noise.noise import fitful
 from modelgen.models import load
 from modelgen.truths import draw, write_case
+from modelgen.truths.further import further
 
 
 @pytest.mark.slow
@@ -40,6 +41,14 @@ from modelgen.truths import draw, write_case
             260200059, ("payne_softening", "second_dahl_element"), "quantised", 6.0,
             id="both have another law than either has beside what the other was first",
         ),
+        pytest.param(
+            320100181, ("force_sensor_lag", "backlash"), "white", 20.0,
+            id="beside play a first order leads astray, and other laws of play hide the lag",
+        ),
+        pytest.param(
+            320100215, ("contact_compliance", "cubic_stiffness"), "coloured", 20.0,
+            id="the joint takes in the spring, though the spring was found after it",
+        ),
     ],
 )  # fmt: skip
 def test_both_of_a_pair_are_named(
@@ -48,6 +57,20 @@ def test_both_of_a_pair_are_named(
     write_case(draw(seed, "pair", "force", effects, (30.0, 1e4), noise, ratio), tmp_path)
     found = diagnose(read_case(tmp_path / "case.toml"), load("modified_dahl"))
     assert {e.id for e in found.effects} == set(effects)
+
+
+@pytest.mark.slow
+def test_a_fast_recording_that_bends_the_base_beyond_return(tmp_path: Path) -> None:
+    """Beside slow ones it bends the base until friction is gone, and no descent from there finds it again."""
+    secret = draw(320100134, "single", "force", ("inertia",), (30.0, 1e4), "clean", 1.5)
+    more = further(
+        secret, "the same motion 25 times as fast, averaged 16 times would separate a from b by 63"
+    )
+    assert more is not None
+    write_case(more, tmp_path)
+    found = diagnose(read_case(tmp_path / "case.toml"), load("modified_dahl"))
+    assert [e.id for e in found.effects] == ["inertia"]
+    assert found.before.fit_over_noise > 100 and found.after.fit_over_noise < 1.1
 
 
 def held_with_play(t: np.ndarray, z: np.ndarray, g: float, contact: float) -> np.ndarray:
