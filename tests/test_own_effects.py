@@ -53,3 +53,9 @@ def test_a_unit_that_says_nothing_is_refused(model: Model, unit: str, says: str)
     wrong = replace(rub, strengths=(Strength("R", unit),))
     with pytest.raises(InputError, match=f"effect 'rub' at port .*{says}"):
         check_effects([wrong], model, {"spring"})
+
+
+def test_a_turn_that_is_none_is_refused(model: Model) -> None:
+    wrong = replace(rub, acts="last")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="effect 'rub': acts is 'last', wanted FIRST, BESIDE, AROUND"):
+        check_effects([wrong], model, {"spring"})

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from modelgen.diagnose.hypotheses.addition import Addition
 from modelgen.effects import Effect, Shape, Strength
+from modelgen.effects.effect import TURNS
 from modelgen.errors import InputError, did_you_mean
 from modelgen.language import Model, Port
 
@@ -18,9 +19,12 @@ def check_effects(effects: Sequence[Effect], model: Model, known: set[str]) -> N
 
 
 def _check_kinds(effects: Sequence[Effect], model: Model, known: set[str]) -> None:
-    """Refuse an effect for kinds of ports that neither model nor catalogue knows: it would fit none."""
+    """Refuse an effect for kinds of ports that neither model nor catalogue knows: it would fit none; and one
+    whose turn is none."""
     here = {p.kind for p in model.ports}
     for e in effects:
+        if e.acts not in TURNS:
+            raise InputError(f"effect '{e.id}': acts is {e.acts!r}, wanted {', '.join(TURNS.values())}")
         if not (known | here) & set(e.kinds):
             kind = e.kinds[0] if e.kinds else ""
             raise InputError(

@@ -26,6 +26,8 @@ FIRST, BESIDE, AROUND, BEFORE, UPON = range(-1, 4)
 """Turns of effects: what acts on the base alone; a term of its own; what all of a material does (waves run in
 it), or a shunt around it; what is in series with all behind it; what depends on how far the whole moves."""
 
+TURNS = {FIRST: "FIRST", BESIDE: "BESIDE", AROUND: "AROUND", BEFORE: "BEFORE", UPON: "UPON"}
+
 RARER = 0.1
 """`Effect.common` of a further law of an id, which is the first one over again where an effect is faint or
 sharp: without clear evidence for what is its own the first serves, and it is no more reason for the name."""
