@@ -23,7 +23,7 @@ def _check_kinds(effects: Sequence[Effect], model: Model, known: set[str]) -> No
     whose turn is none."""
     here = {p.kind for p in model.ports}
     for e in effects:
-        if e.acts not in TURNS:
+        if e.acts not in tuple(TURNS):
             raise InputError(f"effect '{e.id}': acts is {e.acts!r}, wanted {', '.join(TURNS.values())}")
         if not (known | here) & set(e.kinds):
             kind = e.kinds[0] if e.kinds else ""
