@@ -155,6 +155,7 @@ def _elsewise(outcome: Outcome) -> dict[Key, list[tuple[str, Fit]]]:
 
 
 def _adds(f: Fit, best: Fit) -> bool:
+    """Whether `f` is the physics of the best hypothesis with more beside it, and no simpler for that."""
     more = set(f.ids) >= set(best.ids)
     return more and (f.parameters >= best.parameters or f.hypothesis.key >= best.hypothesis.key)
 
