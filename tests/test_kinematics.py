@@ -331,6 +331,30 @@ def test_paths_are_monotonic_in_pieces(seed: int, n: int, std: float) -> None:
         assert (np.sign(np.diff(turns[1:-1]))[1:] != np.sign(np.diff(turns[1:-1]))[:-1]).all()
 
 
+def test_an_encoder_that_errs_more_while_a_motor_runs() -> None:
+    """A stroke between two rests, twice the noise in its middle: its acceleration is no noise there."""
+    t = np.arange(1200) * 5e-4
+    x = np.clip((t - 0.1) / 0.4, 0, 1)
+    z = 150 * x**3 * (10 - 15 * x + 6 * x**2)
+    a = 150 / 0.4**2 * (60 * x - 180 * x**2 + 120 * x**3)
+    loud = (t > 0.15) & (t < 0.35)
+    k = kinematics(t, z + np.where(loud, 0.05, 0.02) * np.random.default_rng(2).standard_normal(t.size))
+    middle = (t > 0.17) & (t < 0.33)
+    assert rms((k.a - a)[middle]) < 0.1 * np.abs(a).max()
+    assert rms((k.a - a)[middle]) == pytest.approx(rms(k.sigma_a[middle]), rel=0.8)
+    assert 0.02 < k.sigma_z < 0.05
+
+
+@pytest.mark.parametrize("cycles", [2.0, 5.0])
+def test_a_fast_end_of_a_record_is_no_noise(cycles: float) -> None:
+    """A sweep that ends at a few samples a period: what is fast there goes on."""
+    t = np.arange(3000) * 1e-3
+    phase = 2 * np.pi * cycles * np.expm1(1.5 * t) / 1.5
+    z = np.sin(phase)
+    k = kinematics(t, noisy(z, 7, 1e-3))
+    assert rms((k.z - z)[-300:]) < 3e-3
+
+
 @pytest.mark.skipif(not SHARED.is_dir(), reason="no ../shared/data beside this repository")
 @pytest.mark.parametrize(
     ("name", "turns", "speed"),

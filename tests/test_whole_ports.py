@@ -60,6 +60,37 @@ def test_a_declared_sensor_gets_the_time() -> None:
     assert {"sensor_delay", "force_sensor_lag"} <= {e.id for e in CATALOGUE if e.fits(model)}
 
 
+u, T_0, g = Input("u", "W"), Parameter("T_0", "K", 293.0, (200.0, 400.0)), Parameter("g", "K/W", 2.0, (0.1, 9.0))
+tau_h = Parameter("tau_h", "s", 5.0, (0.5, 50.0))
+HEAT = sp.Symbol("T", real=True)
+warm = State("T", T_0, rate=(g * u - (HEAT - T_0)) / tau_h, unit="K", substeps=2)
+shown = Equation("T_m", HEAT, "K")
+heater = Model("heater", (t, u), (T_0, g, tau_h), (warm, shown), ("T_m",))
+
+
+def test_whatever_is_recorded_comes_through_a_sensor() -> None:
+    """A thermometer is late, too; but a load cell alone creeps under a load."""
+    there = {e.id for e in CATALOGUE if e.fits(whole(heater))}
+    assert {"sensor_delay", "force_sensor_lag"} <= there and "sensor_creep" not in there
+    power = Equation("P_m", u, "W")
+    both = whole(replace(heater, statements=(warm, shown, power), outputs=("T_m", "P_m")))
+    assert [(p.name, p.kind) for p in both.ports] == [("sensor_T_m", "sensor"), ("sensor_P_m", "sensor")]
+
+
+def test_a_thermometer_that_is_late() -> None:
+    """Heated along a random course of steps, its reading 0.6 s late, exactly as of a line."""
+    rng, T = np.random.default_rng(4), np.arange(0.0, 120.0, 0.2)
+    records = []
+    for role, n in (("fit", 1), ("fit", 2), ("holdout", 3)):
+        heat = np.repeat(rng.uniform(0.0, 10.0, 1 + T.size // 25), 25)[: T.size]
+        true = np.asarray(mg.build(heater)(t=T, u=heat, T_0=295.0, g=1.7, tau_h=4.0))
+        late = np.interp(T - 0.6, T, true) + 0.02 * rng.standard_normal(T.size)
+        records.append(Recording(f"run_{n}", None, role, {"t": T, "u": heat}, {"T_m": late}))
+    verdict = diagnose(Case(None, "late", tuple(records)), heater)
+    assert {"sensor_delay"} <= {verdict.effects[0].id, *verdict.effects[0].equivalents}
+    assert verdict.after.fit_over_noise == pytest.approx(1.0, abs=0.1)
+
+
 def test_what_is_filled_in_changes_no_number() -> None:
     T = np.linspace(0, 3, 301)
     given = {"t": T, "z": np.sin(5 * T)}

@@ -1,5 +1,5 @@
 """What a model leaves unsaid of its ports, though its recordings tell it: how a motion goes on beside where
-it is, that a force was recorded through a sensor, the angular frequency. Without it few effects would find a
+it is, that an output was recorded through a sensor, the angular frequency. Without it few effects would find a
 place.
 """
 
@@ -36,8 +36,6 @@ OSCILLATING = (
 """Kinds of ports over frequency."""
 PER_OMEGA = {"inductance": ("L", "H"), "capacitance": ("C", "F")}
 """Kinds of ports that may be told by their impedance."""
-FORCES = ("N", "N*m", "Pa")
-"""What a load cell, a torque cell or a pressure sensor shows."""
 
 
 def whole(model: Model) -> Model:
@@ -47,7 +45,7 @@ def whole(model: Model) -> Model:
     that what an impedance has in series lies within its terminals. Over time, force and sensor ports get the
     time and that of the sample before; a force port that names a recorded motion z gets its rate v,
     acceleration a, and the values before and at the turn; the linkage through which that motion comes gets a
-    port for play, and the sensor of a recorded force one of its own, where they have none; and a model
+    port for play, and the sensor of each output one of its own, where they have none; and a model
     without memory becomes one whose samples follow each other.
     """
     axis = model.inputs[0] if model.inputs else None
@@ -69,8 +67,9 @@ def whole(model: Model) -> Model:
             model = _moving(model, port, axis)
     if is_time(axis.unit):
         model = _linked(model)
-    for output in model.outputs if is_time(axis.unit) else ():
-        model = _sensed(model, output.name, axis)
+    if is_time(axis.unit) and not any(p.kind == "sensor" for p in model.ports):
+        for output in model.outputs:
+            model = _sensed(model, output.name, axis)
     return model
 
 
@@ -216,12 +215,8 @@ def _known(model: Model, wanted: Input) -> Input:
 
 
 def _sensed(model: Model, output: str, axis: Input) -> Model:
-    """`model` with a port for the sensor that `output` was recorded with, if that is a force and none is
-    declared."""
-    shown = next((s for s in model.statements if s.name == output), None)
-    if not isinstance(shown, Equation) or not _is_force(shown.unit):
-        return model
-    if any(p.kind == "sensor" for p in model.ports):
+    """`model` with a port for the sensor that `output` was recorded with."""
+    if not any(isinstance(s, Equation) and s.name == output for s in model.statements):
         return model
     before = _known(model, previous(axis))
     model = model.with_inputs(before)
@@ -230,8 +225,5 @@ def _sensed(model: Model, output: str, axis: Input) -> Model:
         moved = (replace(p, equation=inside) if p.equation == output else p for p in model.ports)
         model = replace(model, ports=tuple(moved))
     at: tuple[tuple[str, Any], ...] = (("t", axis.symbol), ("t_prev", before.symbol))
-    return replace(model, ports=(*model.ports, Port("sensor", "sensor", output, at)))
-
-
-def _is_force(unit: str) -> bool:
-    return any(converts(unit, force) for force in FORCES)
+    name = "sensor" if len(model.outputs) == 1 else f"sensor_{output}"
+    return replace(model, ports=(*model.ports, Port(name, "sensor", output, at)))

@@ -11,7 +11,7 @@ from modelgen.effects.start import at_start
 from modelgen.language import Abs, Max, Model, Port, State, cos, exp, j, sin, sqrt
 
 LATE = "one channel is recorded later than the other"
-LAG = "the force channel has a low-pass filter"
+LAG = "the channel that shows the force, or what else was measured, has a low-pass filter"
 FILTER = "first-order filter, e.g. A. V. Oppenheim, A. S. Willsky, Signals and Systems (1997), sec. 6.5"
 
 delay_of_response = Effect(
@@ -35,7 +35,8 @@ lag_of_response = Effect(
 )
 
 SECOND_ORDER = (
-    "the force channel has a low-pass filter of second order, or shows the mean over a window that ends now"
+    "the channel that shows the force, or what else was measured, has a low-pass filter of second order, or "
+    "gives the mean over a window that ends now"
 )
 BESSEL = (
     "W. E. Thomson, Proc. IEE 96 (1949) 487: Bessel's filter 1/P, P = 1 + jωτ/2 − (ωτ)²/12; with Padé's "
@@ -92,6 +93,7 @@ sensor_creep = Effect(
     _creeping,
     (Shape("tau", "s", "time", 3.0, 0.3, 4, text="time in which it is added"),),
     needs=("t", "t_prev"),
+    units=("N", "N*m", "Pa"),
     common=0.3,
 )
 

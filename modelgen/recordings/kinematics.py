@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from modelgen.errors import InputError
-from modelgen.recordings.noise import noise_std, quantum
+from modelgen.recordings.noise import noise_along, noise_std, quantum
 from modelgen.recordings.smooth import EXACT, Smooth, smooth
 from modelgen.recordings.turns import turned
 
@@ -29,7 +29,7 @@ class Kinematics:
 
     z: smoothed displacement. v, a: dz/dt, d²z/dt². z_turn: where the path turns on its way from z[n-1] to
     z[n]; z[n-1] where it doesn't. reversals: the steps n with a turn, shape (number of reversals,).
-    sigma_z: std of the noise in the record. sigma, sigma_v, sigma_a, sigma_turn: std of what is left of it in
+    sigma_z: std of the noise in the record, all in all. sigma, sigma_v, sigma_a, sigma_turn: std of what is left of it in
     z, v, a and z_turn, and of what a corner between the samples makes of them. window: half-width, in
     samples, of the polynomial at each sample.
     """
@@ -59,7 +59,7 @@ def kinematics(t: ArrayLike, z: ArrayLike, sigma: float | None = None) -> Kinema
     one. The narrowest member interpolates 9 samples: differences of 8th order, z untouched. Without noise
     it is the only one.
 
-    **Noise**, unless given, comes from high-order differences (see `noise_std`); the steps of a coarse
+    **Noise**, unless given, comes from high-order differences (see `noise_std`, `noise_along`); the steps of a coarse
     encoder count as an error of up to half a step, since at low speed they are not white.
 
     **Time** that is uniform to 1e-3 of a step is taken as uniform. Smoothly varying steps (a logarithmic
@@ -94,7 +94,7 @@ def _kinematics(t: Array, z: Array, sigma: float | None) -> Kinematics:
     if z.size == 1:
         still = np.zeros(1)
         none = np.zeros((3, 1))
-        return _frozen(t, z, Smooth(np.array([z, still, still]), none, none, still), sigma or 0.0)
+        return _frozen(t, z, Smooth(np.array([z, still, still]), none, none, still), sigma or 0.0, sigma or 0.0)
     std = noise_std(t, z) if sigma is None else float(sigma)
     step = quantum(z) if sigma != 0 else 0.0
     if std < step:  # otherwise the noise is wide enough to whiten the steps
@@ -102,11 +102,12 @@ def _kinematics(t: Array, z: Array, sigma: float | None) -> Kinematics:
     else:
         bound = 0.0
     middle = float(np.median(z))  # digits for the motion rather than for where it happens
-    found = _differentiate(t, z - middle, std, bound)
+    along = noise_along(t, z, std) if sigma is None and bound == 0 else np.full(z.size, std)
+    found = _differentiate(t, z - middle, along, bound)
     found.value[0] += middle
     if std == 0:
         found.value[0] = z
-    return _frozen(t, z, found, std)
+    return _frozen(t, z, found, std, float(np.sqrt(np.mean(along**2))))
 
 
 def _checked(t: ArrayLike, z: ArrayLike, sigma: float | None) -> tuple[Array, Array]:
@@ -124,7 +125,7 @@ def _checked(t: ArrayLike, z: ArrayLike, sigma: float | None) -> tuple[Array, Ar
     return t, z
 
 
-def _differentiate(t: Array, z: Array, std: float, bound: float) -> Smooth:
+def _differentiate(t: Array, z: Array, std: Array, bound: float) -> Smooth:
     """z, v, a against time, by the way that suits the time stamps."""
     n = t.size
     step = (t[-1] - t[0]) / (n - 1)
@@ -141,9 +142,9 @@ def _per_time(found: Smooth, step: float) -> Smooth:
     return Smooth(found.value * scale, found.std * scale, found.bent * scale, found.window)
 
 
-def _by_sample_number(t: Array, z: Array, std: float, bound: float) -> Smooth:
+def _by_sample_number(t: Array, z: Array, std: Array, bound: float) -> Smooth:
     """z and t are both smooth functions of the sample number: v = z'/t', a = (z'' - v t'')/t'^2."""
-    clock = smooth(t - t[0], 0.0, 0.0).value
+    clock = smooth(t - t[0], np.zeros(t.size), 0.0).value
     found = smooth(z, std, bound)
     v = found.value[1] / clock[1]
     a = (found.value[2] - v * clock[2]) / clock[1] ** 2
@@ -151,12 +152,12 @@ def _by_sample_number(t: Array, z: Array, std: float, bound: float) -> Smooth:
     return Smooth(np.array([found.value[0], v, a]), found.std * scale, found.bent * scale, found.window)
 
 
-def _by_splines(t: Array, z: Array, std: float, bound: float) -> Smooth:
+def _by_splines(t: Array, z: Array, std: Array, bound: float) -> Smooth:
     """Interpolate, and with noise smooth on a grid as dense as the samples around, then come back."""
     from scipy.interpolate import make_interp_spline
 
-    curve = make_interp_spline(t, z, k=5 if std == 0 and t.size > 5 else 3)
-    if std == 0:
+    curve = make_interp_spline(t, z, k=3 if std.any() or t.size < 6 else 5)
+    if not std.any():
         value = np.array([curve(t), curve(t, 1), curve(t, 2)])
         none = np.zeros((3, t.size))
         return Smooth(value, none, none, np.full(t.size, 2.0))
@@ -165,7 +166,7 @@ def _by_splines(t: Array, z: Array, std: float, bound: float) -> Smooth:
     grid = np.linspace(0.0, u[-1], n)
     clock = make_interp_spline(u, t, k=3)(grid)
     clock[[0, -1]] = t[[0, -1]]
-    found = _by_sample_number(clock, curve(clock), std, bound)
+    found = _by_sample_number(clock, curve(clock), np.interp(grid, u, std), bound)
     value = make_interp_spline(grid, found.value.T, k=3)(u).T
     noise, bent = (np.array([np.interp(u, grid, x) for x in rows]) for rows in (found.std, found.bent))
     window = np.interp(u, grid, found.window)
@@ -188,7 +189,7 @@ def _local_number(t: Array) -> Array:
     return np.asarray(cumulative_trapezoid(rate, t, initial=0.0))
 
 
-def _frozen(t: Array, raw: Array, found: Smooth, std: float) -> Kinematics:
+def _frozen(t: Array, raw: Array, found: Smooth, std: float, overall: float) -> Kinematics:
     z, z_turn, steps, resting = turned(t, raw, found, std)
     v, a = (np.ascontiguousarray(row) for row in found.value[1:])
     window = np.rint(found.window).astype(np.intp)
@@ -199,4 +200,4 @@ def _frozen(t: Array, raw: Array, found: Smooth, std: float) -> Kinematics:
     arrays = (z, v, a, z_turn, steps, sigma, sigma_v, sigma_a, sigma_turn, window)
     for array in arrays:
         array.setflags(write=False)
-    return Kinematics(*arrays[:5], std, *arrays[5:])
+    return Kinematics(*arrays[:5], overall, *arrays[5:])

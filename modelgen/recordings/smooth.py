@@ -46,18 +46,18 @@ class Smooth:
     window: Array
 
 
-def smooth(z: Array, std: float, bound: float) -> Smooth:
+def smooth(z: Array, std: Array, bound: float) -> Smooth:
     """Local quintics of z, shape (n,), each over the widest window that the noise allows.
 
-    std: of white noise. bound: size of an error that isn't white (half the step of an encoder) where the
+    std: (n,) of white noise. bound: size of an error that isn't white (half the step of an encoder) where the
     record moves slowly, or 0.
     A window is widened as long as the two polynomials beyond the fitted ones find nothing but noise in it, at
     this sample and on average around it; those for z and z' about turns, in the mean of all that are alike,
     too: what is missed there is the same at each, and a hysteresis adds it up (of z'' the noise counts more).
     From one width to the next the estimates are faded over, so that neither z nor v jumps.
     """
-    found = _smoothed(z, std, bound)
-    turns = turning_points(found.value[0], FAR * std) if std > 0 else np.zeros(0, dtype=np.intp)
+    found, least = _smoothed(z, std, bound), float(std.min())
+    turns = turning_points(found.value[0], FAR * least) if least > 0 else np.zeros(0, dtype=np.intp)
     if not turns.size:
         return found
     path = _smoothed(z, std, bound, turns)
@@ -68,7 +68,7 @@ def smooth(z: Array, std: float, bound: float) -> Smooth:
     return Smooth(value, errors, bent, path.window)
 
 
-def _smoothed(z: Array, std: float, bound: float, turns: NDArray[np.intp] | None = None) -> Smooth:
+def _smoothed(z: Array, std: Array, bound: float, turns: NDArray[np.intp] | None = None) -> Smooth:
     """The same, with windows about `turns` tested together, too."""
     n = z.size
     moves = _running_mean(np.abs(np.diff(z, prepend=z[0])), NEARBY)
@@ -77,7 +77,7 @@ def _smoothed(z: Array, std: float, bound: float, turns: NDArray[np.intp] | None
     value, gain, window = fit.value.copy(), fit.gain.copy(), np.full(n, min(EXACT, n) // 2, dtype=float)
     good, half, missed = np.ones(n, dtype=bool), min(EXACT, n) // 2, np.zeros((3, n))
     bent = _bent(fit, z, std)
-    for wider in HALF_WIDTHS if std > 0 else ():
+    for wider in HALF_WIDTHS if std.any() else ():
         if 2 * wider + 1 > n:
             break
         last, fit = fit, local_fit(z, 2 * wider + 1, DEGREE)
@@ -97,7 +97,7 @@ def _smoothed(z: Array, std: float, bound: float, turns: NDArray[np.intp] | None
     return Smooth(value, np.hypot(gain * std, missed), bent, window)
 
 
-def _bent(fit: LocalFit, z: Array, std: float) -> Array:
+def _bent(fit: LocalFit, z: Array, std: Array) -> Array:
     """(3, n) size of the errors of an interpolating polynomial (`fit`) about corners between the samples.
 
     A polynomial of two samples less differs from it there, and nowhere else by more than noise does.
@@ -107,8 +107,8 @@ def _bent(fit: LocalFit, z: Array, std: float) -> Array:
     change = np.abs(fit.value - local_fit(z, NARROWER, NARROWER - 1).value)
     sure, least = SEEN
     change[0] = 0.0  # both go through the samples
-    limit = np.maximum(sure * std * _change_by_noise(), least * np.abs(fit.value).max(axis=1))
-    change[change < limit[:, None]] = 0.0
+    greatest = np.abs(fit.value).max(axis=1)[:, None]
+    change[change < np.maximum(sure * std * _change_by_noise()[:, None], least * greatest)] = 0.0
     if not change.any():
         return change
     reach = EXACT // 2
@@ -125,7 +125,7 @@ def _change_by_noise() -> Array:
     return np.linalg.norm(fits[0] - fits[1], axis=1)
 
 
-def _missed(fit: LocalFit, half: int, std: float) -> Array:
+def _missed(fit: LocalFit, half: int, std: Array) -> Array:
     """(3, n) rms of what the polynomials beyond the fitted ones add, where that is more than their noise."""
     noise = (fit.doubt * std) ** 2
     square = np.minimum(fit.beyond**2, 2 * PEAK**2 * noise) / np.maximum(noise, 1e-300)
@@ -133,7 +133,7 @@ def _missed(fit: LocalFit, half: int, std: float) -> Array:
     return np.asarray(np.sqrt(np.maximum(pooled - (1 + SPREAD), 0.0) * noise))
 
 
-def _cornered(fit: LocalFit, half: int, std: float, bound: Array, good: NDArray[np.bool_]) -> Array:
+def _cornered(fit: LocalFit, half: int, std: Array, bound: Array, good: NDArray[np.bool_]) -> Array:
     """(3, n) errors of the fit about corners that are seen in what is beyond it, though not for sure: where
     that is largest, and as large as a corner makes it."""
     error, response = _corner(half)
@@ -159,14 +159,15 @@ def _corner(half: int) -> tuple[Array, float]:
     return error[:, 2 * half : 4 * half + 1], float(np.sum(fit.excess**2, axis=0).max())
 
 
-def _only_noise(fit: LocalFit, half: int, std: float, bound: Array) -> NDArray[np.bool_]:
+def _only_noise(fit: LocalFit, half: int, std: Array, bound: Array) -> NDArray[np.bool_]:
     """Where the coefficients beyond the fit look like noise, one by one and on average around."""
     square = fit.excess**2
     limit = np.maximum(PEAK * std, bound * fit.reach) ** 2
     single = square.max(axis=0) < limit
     np.minimum(square, 2 * limit, out=square)  # a huge one must not cost the running sum its digits
     pooled = _running_mean(square.mean(axis=0), POOL * half)
-    return np.asarray(single & (pooled < POOLED * std**2 + (bound * fit.reach) ** 2))
+    noise = np.maximum(std**2, _running_mean(std**2, POOL * half)) if np.ptp(std) > 0 else std**2
+    return np.asarray(single & (pooled < POOLED * noise + (bound * fit.reach) ** 2))
 
 
 def turning_points(z: Array, least: float) -> NDArray[np.intp]:
@@ -177,7 +178,7 @@ def turning_points(z: Array, least: float) -> NDArray[np.intp]:
 
 
 def _alike_noise(
-    fit: LocalFit, half: int, std: float, bound: Array, turns: NDArray[np.intp], good: NDArray[np.bool_]
+    fit: LocalFit, half: int, std: Array, bound: Array, turns: NDArray[np.intp], good: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
     """False about those of the `turns`, still `good`, where the coefficients beyond the fit are more than
     noise in the mean of all that go as fast."""
@@ -186,7 +187,7 @@ def _alike_noise(
     order = np.argsort(pace, kind="stable")
     order = order[good[turns[order]]]
     near = np.clip(turns[order][:, None] + np.arange(-(half // 2), half // 2 + 1), 0, bound.size - 1)
-    noise = std**2 + (bound[near] * fit.reach) ** 2
+    noise = std[near] ** 2 + (bound[near] * fit.reach) ** 2
     square = np.minimum(fit.excess[:, near] ** 2 / noise, 2 * PEAK**2).mean(axis=(0, 2))
     first, last = (np.searchsorted(pace[order], pace[order] + x) for x in (-PACE, PACE))
     total = np.concatenate(([0.0], np.cumsum(square)))
