@@ -60,7 +60,11 @@ def test_a_declared_sensor_gets_the_time() -> None:
     assert {"sensor_delay", "force_sensor_lag"} <= {e.id for e in CATALOGUE if e.fits(model)}
 
 
-u, T_0, g = Input("u", "W"), Parameter("T_0", "K", 293.0, (200.0, 400.0)), Parameter("g", "K/W", 2.0, (0.1, 9.0))
+u, T_0, g = (
+    Input("u", "W"),
+    Parameter("T_0", "K", 293.0, (200.0, 400.0)),
+    Parameter("g", "K/W", 2.0, (0.1, 9.0)),
+)
 tau_h = Parameter("tau_h", "s", 5.0, (0.5, 50.0))
 HEAT = sp.Symbol("T", real=True)
 warm = State("T", T_0, rate=(g * u - (HEAT - T_0)) / tau_h, unit="K", substeps=2)

@@ -1,6 +1,6 @@
 """What a model leaves unsaid of its ports, though its recordings tell it: how a motion goes on beside where
-it is, that an output was recorded through a sensor, the angular frequency. Without it few effects would find a
-place.
+it is, that an output was recorded through a sensor, the angular frequency. Without it few effects would find
+a place.
 """
 
 from __future__ import annotations

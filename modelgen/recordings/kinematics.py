@@ -29,9 +29,9 @@ class Kinematics:
 
     z: smoothed displacement. v, a: dz/dt, d²z/dt². z_turn: where the path turns on its way from z[n-1] to
     z[n]; z[n-1] where it doesn't. reversals: the steps n with a turn, shape (number of reversals,).
-    sigma_z: std of the noise in the record, all in all. sigma, sigma_v, sigma_a, sigma_turn: std of what is left of it in
-    z, v, a and z_turn, and of what a corner between the samples makes of them. window: half-width, in
-    samples, of the polynomial at each sample.
+    sigma_z: std of the noise in the record, all in all. sigma, sigma_v, sigma_a, sigma_turn: std of what is
+    left of it in z, v, a and z_turn, and of what a corner between the samples makes of them. window:
+    half-width, in samples, of the polynomial at each sample.
     """
 
     z: Array
@@ -59,8 +59,9 @@ def kinematics(t: ArrayLike, z: ArrayLike, sigma: float | None = None) -> Kinema
     one. The narrowest member interpolates 9 samples: differences of 8th order, z untouched. Without noise
     it is the only one.
 
-    **Noise**, unless given, comes from high-order differences (see `noise_std`, `noise_along`); the steps of a coarse
-    encoder count as an error of up to half a step, since at low speed they are not white.
+    **Noise**, unless given, comes from high-order differences, here and there (see `noise_std`,
+    `noise_along`); the steps of a coarse encoder count as an error of up to half a step, since at low speed
+    they are not white.
 
     **Time** that is uniform to 1e-3 of a step is taken as uniform. Smoothly varying steps (a logarithmic
     grid, a solver's) are handled with the sample number as parameter, v = z'/t'. Others (jitter, gaps) are
@@ -94,7 +95,9 @@ def _kinematics(t: Array, z: Array, sigma: float | None) -> Kinematics:
     if z.size == 1:
         still = np.zeros(1)
         none = np.zeros((3, 1))
-        return _frozen(t, z, Smooth(np.array([z, still, still]), none, none, still), sigma or 0.0, sigma or 0.0)
+        return _frozen(
+            t, z, Smooth(np.array([z, still, still]), none, none, still), sigma or 0.0, sigma or 0.0
+        )
     std = noise_std(t, z) if sigma is None else float(sigma)
     step = quantum(z) if sigma != 0 else 0.0
     if std < step:  # otherwise the noise is wide enough to whiten the steps
