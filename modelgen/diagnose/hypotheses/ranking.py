@@ -71,7 +71,7 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
         if not any(f.hypothesis is best.hypothesis for f in rivals):
             rivals.append(best)
         odds = weights([f if f.bic > best.bic else replace(f, bic=best.bic) for f in rivals])
-        w = np.maximum(odds, [_likelihood(outcome, f) * _as_wrong(outcome, f) for f in rivals])
+        w = np.maximum(odds, [_likelihood(outcome, f) * _alike(outcome, f) for f in rivals])
         w /= w.sum()
         by_id: dict[str, float] = {}
         kin = 0.0
@@ -94,7 +94,35 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
         found.append(Standing(a, by_id[a.id] * sure, equivalents, share, elsewise, kin * (1 - OUTSIDE)))
     found.sort(key=lambda x: -x.share)
     held = _held(outcome, [x.addition for x in found])
-    return tuple(replace(x, probability=x.probability * p) for x, p in zip(found, held, strict=True))
+    found = [replace(x, probability=x.probability * p) for x, p in zip(found, held, strict=True)]
+    if len(found) == 2 and held[1] < DOUBTFUL:
+        found[0] = _or_alone(outcome, found[0], held[1])
+    return tuple(found)
+
+
+DOUBTFUL = 0.5
+"""Chance of a second effect below which the first one stands for what is told without it, too: what a law that
+is not quite right leaves may decide between two that explain the rest alike."""
+
+
+def _or_alone(outcome: Outcome, first: Standing, sure: float) -> Standing:
+    """The `first` of two effects, the second of which is there with a chance of `sure`."""
+    mine = frozenset({first.addition.key})
+    best = next((f for f in outcome.tried if f.hypothesis.key == mine), None)
+    if best is None:
+        return first
+    alone = standings(replace(outcome, best=best))[0]
+    rivals = [
+        f
+        for f in outcome.tried
+        if len(f.ids) == 1 and f.ids[0] in alone.equivalents and close(replace(outcome, best=best), f)
+    ]
+    return replace(
+        first,
+        probability=sure * first.probability + (1 - sure) * alone.probability,
+        equivalents=tuple(dict.fromkeys((*first.equivalents, *alone.equivalents))),
+        elsewise=(*first.elsewise, *rivals, *alone.elsewise),
+    )
 
 
 def _akin(a: Addition, b: Addition) -> bool:
@@ -181,15 +209,39 @@ def _as_wrong(outcome: Outcome, f: Fit) -> bool:
     return less - f.chi2 >= ALIKE * (less - best.chi2)
 
 
+NEARLY = 0.03
+"""Of all that is explained, in rms: so much a law of fewer numbers may leave beside the best one. A tapered rod
+is not the textbook's, and a law with one number more bends to what that leaves."""
+
+
+def _nearly(outcome: Outcome, f: Fit) -> bool:
+    """Whether `f`, with as many effects and fewer numbers, leaves no more than what laws of the right kind are
+    off by, though by its evidence it is excluded, but not by far."""
+    best = outcome.best
+    if not best.ids or len(f.ids) != len(best.ids) or f.parameters >= best.parameters:
+        return False
+    if not CLOSE <= f.bic - best.bic <= WIDE:
+        return False
+    shared, after = best.hypothesis.key & f.hypothesis.key, misfit(best)
+    less = min((misfit(g) for g in outcome.tried if g.hypothesis.key == shared), default=misfit(outcome.base))
+    return misfit(f) - after < NEARLY**2 * (less - after)
+
+
+def _alike(outcome: Outcome, f: Fit) -> bool:
+    return _as_wrong(outcome, f) or _nearly(outcome, f)
+
+
 def close(outcome: Outcome, f: Fit) -> bool:
     """Whether the data do not exclude `f`, with as many effects as the best hypothesis."""
-    return f.bic - outcome.best.bic < CLOSE or _as_wrong(outcome, f)
+    return f.bic - outcome.best.bic < CLOSE or _alike(outcome, f)
 
 
 def _likelihood(outcome: Outcome, f: Fit) -> float:
     """Of `f`, over that of the best hypothesis."""
     if _as_wrong(outcome, f):
         return float(outcome.best.chi2 / f.chi2)
+    if _nearly(outcome, f):
+        return 1.0
     return float(np.exp(-_price(f, outcome.best) / (2 * TEMPER)))
 
 
@@ -204,7 +256,7 @@ def _price(f: Fit, best: Fit) -> float:
 def as_ranked(outcome: Outcome, f: Fit) -> Fit:
     """`f` with the evidence that it is ranked by: where coloured noise alone makes that greater, or where
     both are wrong alike, as much as the best hypothesis has."""
-    price = 0.0 if _as_wrong(outcome, f) else _price(f, outcome.best)
+    price = 0.0 if _alike(outcome, f) else _price(f, outcome.best)
     return replace(f, bic=outcome.best.bic + price)
 
 
