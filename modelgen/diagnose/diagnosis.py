@@ -21,6 +21,7 @@ from modelgen.diagnose.hypotheses.addition import additions
 from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, record_scales, values_at
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.between import smoothly_driven, smoothly_moved
+from modelgen.diagnose.noise.bridged import bridged
 from modelgen.diagnose.noise.glitches import laid_open, rather, uncovered
 from modelgen.diagnose.noise.history import unrested
 from modelgen.diagnose.noise.noise import marked
@@ -87,9 +88,10 @@ def _diagnosed(
     begun = time.perf_counter()
     if progress:
         progress(0.02, "reading")
+    case, glitches = bridged(model, case)
     thinned = thin(model, case)
     thinned, case, ground, smooth = _prepared(model, thinned, seed)
-    seen = (*unresolved(model, ground.series), *mirrored(model, case, ground.base, seed))
+    seen = (*glitches, *unresolved(model, ground.series), *mirrored(model, case, ground.base, seed))
     notes = (*thinned.notes, *unknown_kinds(model, own), *seen, *smooth)
     if progress:
         progress(0.15, "base fitted")
@@ -195,6 +197,6 @@ def outcome_of(
 ) -> tuple[Setting, Outcome]:
     """Setting and outcome without a verdict, for studies of the search itself."""
     model = whole(model)
-    _, case, ground, _ = _prepared(model, thin(model, case), seed)
+    _, case, ground, _ = _prepared(model, thin(model, bridged(model, case)[0]), seed)
     _, setting, outcome = _searched(model, case, ground, catalogue, seed)
     return setting, outcome

@@ -34,8 +34,9 @@ def noise_std(t: Array, z: Array) -> float:
     return std if std > 100 * np.finfo(float).eps * float(np.abs(z).max()) else 0.0
 
 
-BLOCK, HOP = 201, 25
-"""Samples in which the noise here and there is looked at, and how far they are apart."""
+BLOCK, HOP, BLOCKS = 201, 25, 8000
+"""Samples in which the noise here and there is looked at, how far these are apart, and how many there are at
+most."""
 BY_CHANCE = 0.136
 """Relative standard deviation of what a block tells of white noise."""
 MOST = 5.0
@@ -55,21 +56,22 @@ def noise_along(t: Array, z: Array, std: float) -> Array:
     steps = np.diff(t)
     if std == 0 or z.size < 4 * BLOCK or np.ptp(steps) >= 1e-3 * steps.mean():
         return np.full(z.size, std)
-    low, high = (_here_and_there(z, order) for order in (HIGH, 2 * HIGH))
+    hop = max(HOP, z.size // BLOCKS)
+    low, high = (_here_and_there(z, order, hop) for order in (HIGH, 2 * HIGH))
     here = np.minimum(low, high)
     least = 1 + BY_CHANCE * (1 + np.sqrt(2 * np.log(here.size)))  # hardly one of them all by chance
     louder = (here > least * std) & (here < MOST * std) & (low < SAME * high)
-    most = maximum_filter1d(np.where(louder, here, std), 1 + BLOCK // HOP)  # a block on the edge sees half
-    at = HOP * np.arange(here.size) + BLOCK // 2 + HIGH
+    most = maximum_filter1d(np.where(louder, here, std), 1 + BLOCK // hop)  # a block on the edge sees half
+    at = hop * np.arange(here.size) + BLOCK // 2 + HIGH
     return np.asarray(np.interp(np.arange(z.size), at, most))
 
 
-def _here_and_there(z: Array, order: int) -> Array:
-    """What differences of this order tell of the noise in blocks, whose middles are the same for each
-    order."""
+def _here_and_there(z: Array, order: int, hop: int) -> Array:
+    """What differences of this order tell of the noise in blocks `hop` samples apart, whose middles are the
+    same for each order."""
     spare = HIGH - order // 2
     size = np.abs(np.diff(z, order))[spare : z.size - order - spare] / math.sqrt(math.comb(2 * order, order))
-    blocks = np.lib.stride_tricks.sliding_window_view(size, BLOCK)[::HOP]
+    blocks = np.lib.stride_tricks.sliding_window_view(size, BLOCK)[::hop]
     return np.asarray(1.4826 * np.median(blocks, axis=1))
 
 

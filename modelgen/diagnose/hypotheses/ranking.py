@@ -101,8 +101,8 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
 
 
 DOUBTFUL = 0.5
-"""Chance of a second effect below which the first one stands for what is told without it, too: what a law that
-is not quite right leaves may decide between two that explain the rest alike."""
+"""Chance of a second effect below which the first one stands for what is told without it, too: what a law
+that is not quite right leaves may decide between two that explain the rest alike."""
 
 
 def _or_alone(outcome: Outcome, first: Standing, sure: float) -> Standing:
@@ -210,13 +210,13 @@ def _as_wrong(outcome: Outcome, f: Fit) -> bool:
 
 
 NEARLY = 0.03
-"""Of all that is explained, in rms: so much a law of fewer numbers may leave beside the best one. A tapered rod
-is not the textbook's, and a law with one number more bends to what that leaves."""
+"""Of all that is explained, in rms: so much a law of fewer numbers may leave beside the best one. A tapered
+rod is not the textbook's, and a law with one number more bends to what that leaves."""
 
 
 def _nearly(outcome: Outcome, f: Fit) -> bool:
-    """Whether `f`, with as many effects and fewer numbers, leaves no more than what laws of the right kind are
-    off by, though by its evidence it is excluded, but not by far."""
+    """Whether `f`, with as many effects and fewer numbers, leaves no more than what laws of the right kind
+    are off by, though by its evidence it is excluded, but not by far."""
     best = outcome.best
     if not best.ids or len(f.ids) != len(best.ids) or f.parameters >= best.parameters:
         return False
