@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from modelgen.fit.series import Array
 from modelgen.language import Model
-from modelgen.recordings import Case, Recording
+from modelgen.recordings import Case
 from modelgen.recordings.noise import noise_std
 
 SURE = 25.0
@@ -28,6 +28,8 @@ FEW = 0.01
 """Share of the samples that may be glitches: what comes more often is how the sensor works."""
 NEAR = 3
 """Samples around that must go on smoothly without it."""
+SHORTEST = 12
+"""Samples of a record in which a path can be told from what is off it."""
 
 
 def bridged(model: Model, case: Case) -> tuple[Case, tuple[str, ...]]:
@@ -39,22 +41,18 @@ def bridged(model: Model, case: Case) -> tuple[Case, tuple[str, ...]]:
         for name in sorted(moved & set(r.inputs)):
             z, found = without_glitches(r.inputs[model.axis], r.inputs[name])
             if found.size:
-                r = _with(r, name, z)
+                r = replace(r, inputs={**r.inputs, name: z})
                 many = "glitch" if found.size == 1 else "glitches"
                 notes.append(f"{found.size} {many} of {name} in '{r.name}', single samples, are bridged")
         records.append(r)
     return (replace(case, recordings=tuple(records)), tuple(notes)) if notes else (case, ())
 
 
-def _with(r: Recording, name: str, z: Array) -> Recording:
-    return replace(r, inputs={**r.inputs, name: z})
-
-
 def without_glitches(t: Array, z: Array) -> tuple[Array, NDArray[np.intp]]:
     """z (n,) sampled at t (n,) with glitches on the cubic through the samples next to them; which they
     were."""
     none = np.zeros(0, dtype=np.intp)
-    if z.size < 12:
+    if z.size < SHORTEST or not (np.diff(t) > 0).all():  # the latter is refused later, in words
         return z, none
     std, stroke = noise_std(t, z), float(np.ptp(z))
     off = _off(t, z)
