@@ -79,6 +79,8 @@ def test_whatever_is_recorded_comes_through_a_sensor() -> None:
     power = Equation("P_m", u, "W")
     both = whole(replace(heater, statements=(warm, shown, power), outputs=("T_m", "P_m")))
     assert [(p.name, p.kind) for p in both.ports] == [("sensor_T_m", "sensor"), ("sensor_P_m", "sensor")]
+    named = whole(replace(heater, ports=(Port("sensor", "terminals", "T_m"),)))
+    assert [(p.name, p.kind) for p in named.ports] == [("sensor", "terminals"), ("sensor_", "sensor")]
 
 
 def test_a_thermometer_that_is_late() -> None:

@@ -226,4 +226,5 @@ def _sensed(model: Model, output: str, axis: Input) -> Model:
         model = replace(model, ports=tuple(moved))
     at: tuple[tuple[str, Any], ...] = (("t", axis.symbol), ("t_prev", before.symbol))
     name = "sensor" if len(model.outputs) == 1 else f"sensor_{output}"
+    name = _free(name, {p.name for p in model.ports})
     return replace(model, ports=(*model.ports, Port(name, "sensor", output, at)))
