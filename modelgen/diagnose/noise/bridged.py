@@ -1,4 +1,5 @@
-"""Glitches of a recorded displacement: samples that stand alone, far off a path that is smooth without them.
+"""Glitches of a recorded displacement: samples that stand alone, far off a path that is smooth without them;
+and what was lost of it otherwise.
 
 A hysteresis would take one for a way there and back, and remember it; a derivative is spoilt for as many
 samples as it looks at. So they are bridged, and the verdict says so.
@@ -11,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from modelgen.diagnose.noise.lost import without_lost
 from modelgen.fit.series import Array
 from modelgen.language import Model
 from modelgen.recordings import Case
@@ -39,11 +41,19 @@ def bridged(model: Model, case: Case) -> tuple[Case, tuple[str, ...]]:
     records, notes = [], []
     for r in case.recordings:
         for name in sorted(moved & set(r.inputs)):
-            z, found = without_glitches(r.inputs[model.axis], r.inputs[name])
+            t, outputs = r.inputs[model.axis], [y for y in r.outputs.values() if not np.iscomplexobj(y)]
+            z, found = without_glitches(t, r.inputs[name])
+            z, lost = without_lost(t, z, outputs)
             if found.size:
-                r = replace(r, inputs={**r.inputs, name: z})
                 many = "glitch" if found.size == 1 else "glitches"
                 notes.append(f"{found.size} {many} of {name} in '{r.name}', single samples, are bridged")
+            if lost.size:
+                many, it = ("sample", "it") if lost.size == 1 else ("samples", "them")
+                what = f"{lost.size} {many} of {name} in '{r.name}' lie far off what is recorded around {it}"
+                names = " and ".join(sorted(r.outputs))
+                notes.append(f"{what}, of which {names} shows nothing: bridged as lost")
+            if found.size or lost.size:
+                r = replace(r, inputs={**r.inputs, name: z})
         records.append(r)
     return (replace(case, recordings=tuple(records)), tuple(notes)) if notes else (case, ())
 
