@@ -40,6 +40,30 @@ def test_single_samples_far_off_the_path_are_bridged(at: np.ndarray, size: float
     assert np.array_equal(np.delete(path, at), np.delete(clean, at))
 
 
+@given(
+    at=st.lists(st.integers(2, 240), min_size=8, max_size=14, unique=True).map(
+        lambda x: 8 * np.array(sorted(x))
+    ),
+    size=st.floats(24.0, 60.0),
+    cycles=st.floats(0.5, 8.0),
+    seed=st.integers(0, 99),
+)
+@settings(max_examples=40, deadline=None)
+def test_glitches_no_larger_than_a_step_are_seen_by_the_noise(
+    at: np.ndarray, size: float, cycles: float, seed: int
+) -> None:
+    """24 standard deviations and more, where the path itself moves by up to 25 from sample to sample; but
+    one that noise makes a part of a turn."""
+    rng = np.random.default_rng(seed)
+    clean = swing(cycles) / 25
+    noise = 6e-3 * cycles / 8
+    z = clean + noise * rng.standard_normal(T.size)
+    z[at] += size * noise * rng.choice([-1, 1], at.size)
+    path, found = without_glitches(T, z)
+    assert set(found) <= set(at) and found.size >= 0.6 * at.size
+    assert np.abs(path - clean)[found].max(initial=0.0) < 8 * noise
+
+
 def corners() -> np.ndarray:
     return 4 * np.abs((3.1 * T) % 1 - 0.5)
 
@@ -51,6 +75,7 @@ def corners() -> np.ndarray:
         swing(),
         swing(60.0),  # eight samples a period
         corners(),
+        np.clip(swing(8.0), -0.9, 0.9),  # a sensor that stays where the path turns
         np.sign(swing(0.7)),  # a step
         np.round(corners(), 1),  # a coarse encoder
         np.where(np.abs(T - 2) < 3.1e-3, 1.0, 0.0) * np.cos((T - 2) / 6.2e-3 * np.pi),  # a blow

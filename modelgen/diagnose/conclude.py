@@ -138,7 +138,11 @@ def _as_far_as_it_reaches(
     setting: Setting, outcome: Outcome, gate: Gate, standing: tuple[Standing, ...]
 ) -> tuple[Standing, ...]:
     """Less sure names where far more than noise is left: by the part of the way to the recordings that is
-    missing."""
+    missing; half as sure those that need a smooth error beside them that nobody stated."""
+    if gate.beside:
+        rest = f"unknown_{gate.leftover.port or _only_port(setting)}"
+        others = [tuple(dict.fromkeys((*x.equivalents, rest))) for x in standing]
+        return tuple(replace(x, equivalents=y) for x, y in zip(_halved(standing), others, strict=True))
     before, after = (mean_square(plain_white(f)) for f in (nearest(setting, outcome.base), outcome.best))
     reached = reach(before, after, gate.floor)
     return tuple(replace(x, probability=x.probability * reached) for x in standing)
@@ -183,7 +187,8 @@ def _findings(
         findings.append(
             Finding(
                 s.addition.id, s.addition.port.name, e.says, s.probability, s.addition.family, e.source,
-                s.equivalents, _experiment(setting, outcome, s) if s.equivalents else None, own, s.share,
+                s.equivalents, _experiment(setting, outcome, gate, s) if s.equivalents else None, own,
+                s.share,
             )
         )  # fmt: skip
     return tuple(findings)
@@ -219,9 +224,12 @@ MOST = 5
 """Hypotheses that may come back, that a recording has to exclude."""
 
 
-def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str:
+ANOTHER = "the same sweeps by another instrument would tell whether what is left is an error of this one"
+
+
+def _experiment(setting: Setting, outcome: Outcome, gate: Gate, s: Standing) -> str:
     """The recording that would separate this effect from its equivalents; without hypotheses to be separated
-    these are other names of the same law (`Effect.alike`)."""
+    these are other names of the same law (`Effect.alike`), or a smooth error has to be seen or not."""
     from modelgen.diagnose.experiment.separate import separate
 
     best = outcome.best
@@ -247,6 +255,8 @@ def _experiment(setting: Setting, outcome: Outcome, s: Standing) -> str:
     told = separate(setting, outcome, best, [as_ranked(outcome, f) for f in rivals], near[:MOST])
     if told is not None:
         return told
+    if gate.beside:
+        return ANOTHER
     same = " and ".join((s.addition.id, *s.equivalents))
     return f"no recording of this menu would tell them apart: {same} are the same function of what was varied"
 

@@ -64,10 +64,10 @@ def summary(setting: Setting, findings: Sequence[Finding], held: Held, gate: Gat
             told += f" With these terms it leaves {after:.3g}."
         return told + (f" These data can't tell it from {' and '.join(gate.tied.ids)}." if gate.tied else "")
     names = " and ".join(f.id for f in findings)
-    first = (
-        f"{model} lacks {names} (probability {findings[0].probability:.0%}): "
-        f"the residual falls from {before:.3g} to {after:.3g} times the noise."
-    )
+    falls = f"the residual falls from {before:.3g} to {after:.3g} times the noise"
+    if gate.beside:
+        falls = f"the residual, {after:.3g} times the noise, is taken for a smooth error of the instrument"
+    first = f"{model} lacks {names} (probability {findings[0].probability:.0%}): {falls}."
     others = findings[0].equivalents
     second = (
         f" These data can't tell it from {', '.join(others)}."

@@ -64,6 +64,8 @@ class Gate:
     """The base with what no catalogue holds."""
     tied: Fit | None = None
     """The named effects, where the data do not exclude them beside it."""
+    beside: bool = False
+    """Whether the named effects need a smooth error that nobody stated, larger than what they explain."""
 
 
 def judge_adequacy(
@@ -90,8 +92,8 @@ def judge_adequacy(
     )
     beside = stated and bool(best.ids) and _smooth(setting, outcome) and _beside(before, after)
     if beside:
-        unknown, floor = True, 1.0
-    if not unknown and best.hypothesis.added and (part := reach(before, after, floor)) < 1.0:
+        floor = 1.0
+    elif not unknown and best.hypothesis.added and (part := reach(before, after, floor)) < 1.0:
         unknown = _nameless(setting, outcome, left, part)
     quiet = _floor(after, rough, sum(e.size for e in plain), stated, True)
     whole = wholly_described(setting, outcome, sensitivities, min(floor, quiet), unknown, after)
@@ -100,7 +102,7 @@ def judge_adequacy(
         floor = min(floor, quiet) if setting.model.is_time_model else floor
     rival = None if whole is not None else outdone(setting, outcome)
     other = None if unknown else _imitated(setting, outcome, sensitivities) or narrow(outcome)
-    notes = beside_note(outcome, after) if beside else ()
+    notes = beside_note(outcome, after) if beside and not unknown else ()
     if other is None and oddity is not None and not unknown:
         if best.hypothesis.added:
             notes += (oddity.says,)
@@ -112,18 +114,19 @@ def judge_adequacy(
         unknown, left = True, as_leftover(outcome, rival[0], rival[1] + LEFT)
     structured = other is not None or rival is not None or left.gain > LEFT
     notes += far_notes(outcome, unknown, left, explained, np.sqrt(after / floor)) if far else ()
-    odds = float(np.exp(min(left.gain, 60.0) / 2 - 5.0)) if structured else 1.0 if beside else 9.0
+    odds = float(np.exp(min(left.gain, 60.0) / 2 - 5.0)) if structured else 9.0
     words = noise_words(setting, outcome, after, stated)
     fit = rival[0] if rival is not None and other is None else None
     if fit is not None:  # what the description leaves, and not what it explains, is noise
         rest = mean_square(plain_white(fit))
         floor = min(floor, _floor(rest, rough, sum(e.size for e in plain), stated, False))
-    tied = best if beside and not structured else None
+    tied = None
     if rival is not None and fit is not None and best.hypothesis.added:
         odds = float(np.exp(min(rival[1], 60.0) / (2 * TEMPER)))
         tied = best if rival[1] < CLOSE else None
     probability = (1 - OUTSIDE) * odds / (1 + odds)
-    return Gate(unknown, left, probability, floor, float(np.sqrt(floor)), words, notes, fit, tied)
+    scale = float(np.sqrt(floor))
+    return Gate(unknown, left, probability, floor, scale, words, notes, fit, tied, beside and not unknown)
 
 
 def _left(

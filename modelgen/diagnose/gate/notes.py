@@ -10,10 +10,10 @@ from modelgen.diagnose.noise.smooth_error import part_of_reading
 
 
 def beside_note(outcome: Outcome, after: float) -> tuple[str, ...]:
-    """What named effects would leave beside what nobody stated."""
+    """What named effects need beside them, which nobody stated."""
     error = "a smooth error of the instrument that nobody stated"
-    names = " and ".join(outcome.best.ids)
-    return (f"{names} would do beside {error}, {np.sqrt(after):.1f} times the noise",)
+    names, size = " and ".join(outcome.best.ids), f"{np.sqrt(after):.1f} times the noise"
+    return (f"{names} would do beside {error}, {size}; as well they may stand in for all of it",)
 
 
 def smooth_note(setting: Setting, outcome: Outcome) -> tuple[str, ...]:

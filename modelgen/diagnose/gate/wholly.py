@@ -12,7 +12,7 @@ from modelgen.diagnose.gate.generic import descriptions, likeliest
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.meter import distorted
 from modelgen.diagnose.gate.rivals import LEFT
-from modelgen.diagnose.hypotheses.refit import Fit, mean_square, plain_white
+from modelgen.diagnose.hypotheses.refit import Fit, mean_square, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import Outcome, Setting
 from modelgen.diagnose.noise.recolour import own_colours
 from modelgen.diagnose.search.claim import CREDIBLE
@@ -31,21 +31,23 @@ def wholly_described(
     after: float,
 ) -> Leftover | None:
     """Functions of displacement and speed, or a distortion of a channel, that leave but noise, where even the
-    best named effects, which leave `after` in the mean square, stay far from the recordings."""
+    best named effects, which leave `after` in the mean square, stay far from the recordings; the end of a
+    channel's range also where these leave but noise, and it is nearer."""
     best = outcome.best
     far = bool(best.ids) and (outcome.judge.temper > 1.0 or after > FAR**2 * floor)
     if not setting.model.is_time_model:
         far = far and outcome.judge.temper > 1.0
         return _by_the_meter(outcome, floor) if far or unknown else None
-    if unknown or not far:
+    if unknown or not best.ids:
         return None
     found = descriptions(setting.model, outcome.judge, outcome.base, sensitivities)
+    ends = [x for x in found if x.terms[:1] == (LEVEL,)]
     whole = likeliest(setting.model, found)
     # a channel's end is an account of one number; beside a colour, what smooth terms leave is likelier
-    ends = [x for x in found if x.terms[:1] == (LEVEL,) and x.chi2 > whole.chi2]
-    for left in (whole, *ends):
+    near = [x for x in ends if x.gain > LEFT]
+    for left in (whole, *(x for x in ends if x.chi2 > whole.chi2)) if far else near:
         terms = described(setting, outcome, left)
-        if terms is None or not but_noise(terms, floor):
+        if terms is None or not but_noise(terms, floor) or (not far and misfit(terms) > misfit(best)):
             continue
         lead = best.bic - terms.bic
         if outcome.judge.temper == 1.0:  # a colour that the named effects have left is no noise of the terms'

@@ -18,14 +18,19 @@ from modelgen.language import Model
 from modelgen.recordings import Case
 from modelgen.recordings.noise import noise_std
 
-SURE = 25.0
+SURE = 12.0
 """Standard deviations of the displacement's noise that a glitch is off the path, at least,"""
-STEPS = 3.0
-"""times the largest step of the samples around it,"""
-SEEN = 0.02
-"""and part of the whole stroke: a blow is slower, and what is smaller does no harm."""
-SMOOTH = 8.0, 0.05
+SEEN = 0.002
+"""part of the whole stroke, as what is smaller does no harm,"""
+DIGITS = 3.0
+"""steps of its resolution,"""
+STEPS = 0.5
+"""and times the largest step of the samples around it: a turn of the path is off by less."""
+SMOOTH = 6.0, 0.05
 """Standard deviations, and part of the glitch, that the path without it may be off a smooth one nearby."""
+EITHER = 0.6
+"""Part of it that shows from the samples before it and from those after it alone: a corner is the end of
+either."""
 FEW = 0.01
 """Share of the samples that may be glitches: what comes more often is how the sensor works."""
 NEAR = 3
@@ -45,8 +50,9 @@ def bridged(model: Model, case: Case) -> tuple[Case, tuple[str, ...]]:
             z, found = without_glitches(t, r.inputs[name])
             z, lost = without_lost(t, z, outputs)
             if found.size:
-                many = "glitch" if found.size == 1 else "glitches"
-                notes.append(f"{found.size} {many} of {name} in '{r.name}', single samples, are bridged")
+                one = found.size == 1
+                many, are = ("glitch", "a single sample, is") if one else ("glitches", "single samples, are")
+                notes.append(f"{found.size} {many} of {name} in '{r.name}', {are} bridged")
             if lost.size:
                 many, it = ("sample", "it") if lost.size == 1 else ("samples", "them")
                 what = f"{lost.size} {many} of {name} in '{r.name}' lie far off what is recorded around {it}"
@@ -64,22 +70,35 @@ def without_glitches(t: Array, z: Array) -> tuple[Array, NDArray[np.intp]]:
     none = np.zeros(0, dtype=np.intp)
     if z.size < SHORTEST or not (np.diff(t) > 0).all():  # the latter is refused later, in words
         return z, none
-    std, stroke = noise_std(t, z), float(np.ptp(z))
-    off = _off(t, z)
-    step = np.abs(np.diff(z))
-    around = np.max([step[:-3], step[3:], np.abs(z[3:-1] - z[1:-3])], axis=0)
-    large = np.abs(off) > np.maximum(np.maximum(SURE * std, STEPS * around), SEEN * stroke)
+    std, step = noise_std(t, z), np.abs(np.diff(z))
+    digit = float(np.min(step[step > 0], initial=np.inf))
+    least = max(SURE * std, SEEN * float(np.ptp(z)), DIGITS * digit if np.isfinite(digit) else 0.0)
+    off = np.abs(_off(t, z))
+    large = np.flatnonzero(off > least)
+    if not 0 < large.size <= 3 * FEW * z.size:  # each glitch shows in its neighbours, too
+        return z, none
     path, found = z.copy(), []
-    for n in (np.flatnonzero(large) + 2).tolist():
-        path[n] -= off[n - 2]
-        some = slice(max(n - NEAR - 2, 0), n + NEAR + 3)
-        rest = np.abs(_off(t[some], path[some])).max(initial=0.0)
-        if rest < SMOOTH[0] * std + SMOOTH[1] * abs(off[n - 2]):
-            found.append(n)
-        else:
-            path[n] = z[n]
+    for n in (large[np.argsort(-off[large])] + 2).tolist():
+        size = float(_off(t[n - 2 : n + 3], path[n - 2 : n + 3])[0])
+        if abs(size) > least and _from_either_side(t, path, n, size):
+            path[n] -= size
+            some = slice(max(n - NEAR - 2, 0), n + NEAR + 3)
+            rest = np.abs(_off(t[some], path[some])).max(initial=0.0)
+            around = np.abs(np.diff(path[some])).max()
+            if rest < SMOOTH[0] * std + SMOOTH[1] * abs(size) and abs(size) > STEPS * around:
+                found.append(n)
+            else:
+                path[n] += size
     few = 0 < len(found) <= FEW * z.size
-    return (path, np.array(found, dtype=np.intp)) if few else (z, none)
+    return (path, np.array(sorted(found), dtype=np.intp)) if few else (z, none)
+
+
+def _from_either_side(t: Array, z: Array, n: int, size: float) -> bool:
+    """Whether sample n is off the parabolas through three before it and through three after it as it is off
+    the path between these; at an end of the record, the one that there is."""
+    sides = [k for k in (slice(n - 3, n), slice(n + 1, n + 4)) if k.start >= 0 and k.stop <= len(z)]
+    seen = [(z[n] - np.polyval(np.polyfit(t[k] - t[n], z[k], 2), 0.0)) / size for k in sides]
+    return min(seen) > EITHER
 
 
 def _off(t: Array, z: Array) -> Array:
