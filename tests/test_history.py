@@ -43,3 +43,25 @@ def test_a_sample_that_had_rested_has_no_past() -> None:
     whole = record("a", "fit", 3, 0)
     found = diagnose(Case(None, "fractional_kelvin_voigt", (whole,)), load("fractional_kelvin_voigt"))
     assert found.adequate and not any("had not rested" in n for n in found.notes)
+
+
+def chirped(name: str, role: str, last: float, seed: int, late: float = 3e-4) -> Recording:
+    """The same from 1 Hz to `last`, with noise of a thousandth, and a force that is recorded `late` [s]."""
+    rng, step, n = np.random.default_rng(seed), 1 / 1500, 3000
+    t = step * np.arange(n)
+    growth = np.log(last) / t[-1]
+    z = 0.8 * np.sin(2 * np.pi * np.expm1(growth * t) / growth)
+    k = np.arange(n, dtype=float)
+    weights = (k + 1) ** (1 - ALPHA) - k ** (1 - ALPHA)
+    slow = np.convolve(np.diff(z, prepend=0.0), weights)[:n] / (step**ALPHA * gamma(2 - ALPHA))
+    force = 30 * z + 9 * slow
+    shown = np.interp(t - late, t, force) + 0.02 * rng.standard_normal(n)
+    return Recording(name, None, role, {"t": t, "z": z}, {"F": shown})
+
+
+def test_a_lag_of_the_channel_is_no_past() -> None:
+    """A base without the lag takes a past to make up for it; what is found beside it does without."""
+    records = (chirped("a", "fit", 40.0, 1), chirped("b", "fit", 60.0, 2))
+    found = diagnose(Case(None, "fractional_kelvin_voigt", records), load("fractional_kelvin_voigt"))
+    assert {found.effects[0].id, *found.effects[0].equivalents} & {"force_sensor_lag", "sensor_delay"}
+    assert len(found.effects) == 1 and not any("had not rested" in n for n in found.notes)

@@ -6,7 +6,7 @@ import gc
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
@@ -23,7 +23,7 @@ from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.between import smoothly_driven, smoothly_moved
 from modelgen.diagnose.noise.bridged import bridged
 from modelgen.diagnose.noise.glitches import laid_open, rather, uncovered
-from modelgen.diagnose.noise.history import unrested
+from modelgen.diagnose.noise.history import had_rested, unrested
 from modelgen.diagnose.noise.noise import marked
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.diagnose.noise.thin import Thinned, thin, told_rightly, unblurred
@@ -89,17 +89,13 @@ def _diagnosed(
     if progress:
         progress(0.02, "reading")
     case, glitches = bridged(model, case)
-    thinned = thin(model, case)
-    thinned, case, ground, smooth = _prepared(model, thinned, seed)
-    seen = (*glitches, *unresolved(model, ground.series), *mirrored(model, case, ground.base, seed))
-    notes = (*thinned.notes, *unknown_kinds(model, own), *seen, *smooth)
+    made = _prepared(model, thin(model, case), seed)
+    seen = (*unresolved(model, made.ground.series), *mirrored(model, made.case, made.ground.base, seed))
     if progress:
         progress(0.15, "base fitted")
-    ground, setting, outcome = _searched(model, case, ground, catalogue, seed, progress)
-    sharp = None if smooth else unblurred(thinned, outcome.best, outcome.judge)
-    if sharp is not None:
-        case, ground = sharp, prepare(model, sharp, seed)
-        ground, setting, outcome = _searched(model, case, ground, catalogue, seed, progress)
+    made, setting, outcome = _accounted(model, made, catalogue, seed, progress)
+    case, ground, thinned = made.case, made.ground, made.thinned
+    notes = (*thinned.notes, *unknown_kinds(model, own), *glitches, *seen, *made.notes)
     setting = replace(setting, averaged=thinned.finer is not None)
     if progress:
         progress(0.9, "deciding")
@@ -109,9 +105,20 @@ def _diagnosed(
     return conclude(setting, notes, ground.marks, ground.oddity, outcome, out, begun)
 
 
-def _prepared(model: Model, thinned: Thinned, seed: int) -> tuple[Thinned, Case, Ground, tuple[str, ...]]:
+@dataclass(frozen=True)
+class _Prepared:
+    """A case as it is to be judged, with its ground; `rested`: as it would be had the sample no past."""
+
+    thinned: Thinned
+    case: Case
+    ground: Ground
+    notes: tuple[str, ...]
+    rested: Case | None = None
+
+
+def _prepared(model: Model, thinned: Thinned, seed: int) -> _Prepared:
     """The case with inputs that ran as the base says they did between their samples, and with a past of its
-    memory; its ground, and a note where they ran smoothly or the sample had not rested."""
+    memory; a note where they ran smoothly or the sample had not rested."""
     ground = prepare(model, thinned.case, seed)
     thinned, before = told_rightly(thinned, ground.base), thinned
     case, notes = thinned.case, []
@@ -121,12 +128,31 @@ def _prepared(model: Model, thinned: Thinned, seed: int) -> tuple[Thinned, Case,
         if sharp is None:
             break
         case, ground = sharp, prepare(model, sharp, seed)
+    rested = None
     for ask, note in ((smoothly_driven, SMOOTH), (smoothly_moved, ROUND), (unrested, UNRESTED)):
         other = ask(model, case, ground.base, ground.judge)
         if other is not None:
+            rested = case if note is UNRESTED else None
             case, ground = other, prepare(model, other, seed)
             notes.append(note)
-    return thinned, case, ground, tuple(notes)
+    return _Prepared(thinned, case, ground, tuple(notes), rested)
+
+
+def _accounted(
+    model: Model, made: _Prepared, catalogue: Sequence[Effect], seed: int, progress: Progress = None
+) -> tuple[_Prepared, Setting, Outcome]:
+    """The search; and once more, where what it found tells that the sample had rested, or what the motion was
+    within a block of samples, which the base could not."""
+    ground, setting, outcome = _searched(model, made.case, made.ground, catalogue, seed, progress)
+    again = None
+    if made.rested is not None and had_rested(model, made.rested, outcome.best, outcome.judge):
+        again, notes = made.rested, tuple(n for n in made.notes if n is not UNRESTED)
+    elif not made.notes:
+        again, notes = unblurred(made.thinned, outcome.best, outcome.judge), ()
+    if again is not None:
+        made = replace(made, case=again, ground=prepare(model, again, seed), notes=notes)
+        ground, setting, outcome = _searched(model, made.case, made.ground, catalogue, seed, progress)
+    return replace(made, ground=ground), setting, outcome
 
 
 BLURRED = 2
@@ -197,6 +223,6 @@ def outcome_of(
 ) -> tuple[Setting, Outcome]:
     """Setting and outcome without a verdict, for studies of the search itself."""
     model = whole(model)
-    _, case, ground, _ = _prepared(model, thin(model, bridged(model, case)[0]), seed)
-    _, setting, outcome = _searched(model, case, ground, catalogue, seed)
+    made = _prepared(model, thin(model, bridged(model, case)[0]), seed)
+    _, setting, outcome = _accounted(model, made, catalogue, seed)
     return setting, outcome

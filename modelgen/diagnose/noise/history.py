@@ -32,3 +32,13 @@ def unrested(model: Model, case: Case, base: Fit, judge: Judge) -> Case | None:
     starts = [h.place(base.hypothesis, base.theta, first)]
     found = judge.fit(h, starts)
     return free if found.bic < base.bic - ALARM * len(case.fit) else None
+
+
+def had_rested(model: Model, rested: Case, best: Fit, judge: Judge) -> bool:
+    """Whether the best hypothesis explains the recordings nearly as well where all `rested` before: what the
+    base made up for by a past is what was missing."""
+    series = best.hypothesis.experiment.series
+    for h in make_hypotheses(model, rested, series, [best.hypothesis.added]):
+        found = judge.fit(h, [h.place(best.hypothesis, best.theta, {})])
+        return found.bic < best.bic + ALARM * len(rested.fit)
+    return False
