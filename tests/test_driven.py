@@ -64,6 +64,7 @@ def recorded(what: str, noise: float = 2e-5, n: int = 1500) -> Case:
             "z2v": 1e6 * z**2 * v,
             "absorber": 200 * (z - h) + 0.6 * (v - late),
             "play": -1500 * np.clip(z, -4e-4, 4e-4),
+            "weight": 1.5,
         }.get(what, 0.0)
         slow = {"maxwell": 400 * v - h / 0.05, "hysteresis": 900 * v - 600 * abs(v) * h}.get(what, 0.0)
         if what == "absorber":
@@ -83,6 +84,7 @@ def recorded(what: str, noise: float = 2e-5, n: int = 1500) -> Case:
         ("friction", {"coulomb_friction"}),
         ("absorber", {"second_mode"}),
         ("play", {"backlash"}),
+        ("weight", {"constant_load"}),
         pytest.param("hysteresis", {"second_dahl_element"}, marks=pytest.mark.slow),
     ],
 )

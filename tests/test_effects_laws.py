@@ -1011,6 +1011,13 @@ def test_behind_a_late_displacement_friction_turns_earlier(tau: float) -> None:
     assert np.abs(shown - wanted).max() < 0.02 * effect
 
 
+def test_a_forgotten_constant_is_there_all_the_time() -> None:
+    t = np.linspace(0, 1, 101)
+    motion = record(t, lambda x: np.sin(2 * np.pi * x))
+    none = force(find("inertia", "force"), motion, {"k_D": 2.0}, M=0.0)
+    assert np.allclose(force(find("constant_load", "force"), motion, {"k_D": 2.0}, F=-0.7), none - 0.7)
+
+
 def test_drifts_start_at_the_first_sample_and_settle() -> None:
     t = np.linspace(100, 110, 201)
     motion = record(t, lambda x: np.sin(2 * np.pi * (x - 100)))

@@ -3,6 +3,7 @@
 from modelgen.effects import (
     bouc_wen,
     clearance,
+    constant,
     cycle,
     damping,
     dielectric,
@@ -53,6 +54,7 @@ CATALOGUE: tuple[Effect, ...] = (
     *stops.EFFECTS,
     *loose_grip.EFFECTS,
     *joint.EFFECTS,
+    *constant.EFFECTS,
     *drift.EFFECTS,
     *warming.EFFECTS,
     *sensor.EFFECTS,
