@@ -15,6 +15,7 @@ from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import gained_beside
 from modelgen.diagnose.gate.meter import distorted
 from modelgen.diagnose.gate.narrow import narrow
+from modelgen.diagnose.gate.not_stated import not_stated
 from modelgen.diagnose.gate.notes import beside_note, far_notes, noise_words
 from modelgen.diagnose.gate.rivals import LEFT, as_leftover, nearer, outdone
 from modelgen.diagnose.gate.unlisted import best_unlisted, refused, with_rivals
@@ -108,13 +109,15 @@ def judge_adequacy(
             notes += (oddity.says,)
         else:
             other = oddity
-    if other is not None:
-        unknown, left = True, other
+    more = None if unknown or other is not None or rival is not None else not_stated(setting, outcome)
+    if other is not None or more is not None:
+        unknown, left = True, other or more or left
     elif rival is not None:
         unknown, left = True, as_leftover(outcome, rival[0], rival[1] + LEFT)
     structured = other is not None or rival is not None or left.gain > LEFT
     notes += far_notes(outcome, unknown, left, explained, np.sqrt(after / floor)) if far else ()
     odds = float(np.exp(min(left.gain, 60.0) / 2 - 5.0)) if structured else 9.0
+    odds = odds if more is None else 1.0
     words = noise_words(setting, outcome, after, stated)
     fit = rival[0] if rival is not None and other is None else None
     if fit is not None:  # what the description leaves, and not what it explains, is noise
