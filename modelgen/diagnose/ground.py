@@ -95,6 +95,10 @@ def _marks(judge: Judge, fit: Fit, e: Experiment) -> tuple[Array, ...]:
     return tuple(by_chance([s.inputs[e.model.axis] for s in e.series], marks))
 
 
+LISTED = 60
+"""Rows of a table of real values from which it is a sweep, in which lines are told from what is between."""
+
+
 def _oddity(
     model: Model, series: Sequence[Series], white: Sequence[Array], marks: tuple[Array, ...]
 ) -> tuple[Leftover | None, tuple[Array, ...]]:
@@ -103,7 +107,7 @@ def _oddity(
         stand_out = [outliers(e, least=tread(s)) for s, e in zip(series, white, strict=True)]
         found, more = saturation(series, white, stand_out)
         return found, tuple(a | b for a, b in zip(marks, more, strict=True))
-    if any(s.measure == "real" for s in series):
+    if any(s.measure == "real" and s.n < LISTED for s in series):
         return None, marks
     ports = {p.name for p in model.ports}
     port = "electrical" if "electrical" in ports else min(ports, default="model")

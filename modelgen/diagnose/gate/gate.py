@@ -104,11 +104,10 @@ def judge_adequacy(
     rival = None if whole is not None else outdone(setting, outcome)
     other = None if unknown else _imitated(setting, outcome, sensitivities) or narrow(outcome)
     notes = beside_note(outcome, after) if beside and not unknown else ()
-    if other is None and oddity is not None and not unknown:
-        if best.hypothesis.added:
-            notes += (oddity.says,)
-        else:
-            other = oddity
+    if oddity is not None and not best.hypothesis.added:
+        other = oddity
+    elif oddity is not None and other is None and not unknown:
+        notes += (oddity.says,)
     more = None if unknown or other is not None or rival is not None else not_stated(setting, outcome)
     if other is not None or more is not None:
         unknown, left = True, other or more or left

@@ -92,7 +92,8 @@ def _plateau(s: Series, e: Array, side: float) -> Array | None:
 
 
 def mains(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftover | None, list[Array]]:
-    """A line at a multiple of 50 or 60 Hz that sweeps have in common, or several in one; and its samples.
+    """A line at a multiple of 50 or 60 Hz that sweeps have in common, or several in one; and its samples,
+    with those at the first, where a resonance may hide it.
 
     f: (n,) frequencies of each sweep; white: (channels, n) whitened residuals. Single outliers fall on a
     harmonic now and then, HITS of them, two on the same one, hardly ever; of many that lie anywhere, some do.
@@ -105,7 +106,7 @@ def mains(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftov
         if _chance(f, white, base) > ALIKE:
             continue
         marks = [
-            np.asarray(sum(lines.values(), np.zeros(len(x), dtype=bool)), dtype=bool)
+            np.any([np.abs(x - base) < base / 8, *lines.values()], axis=0)  # the first is strongest
             for x, lines in zip(f, found, strict=True)
         ]
         size = float(sum(np.sum(e[:, m] ** 2) for e, m in zip(white, marks, strict=True)))
