@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from modelgen.api import open_case
+from modelgen.diagnose import diagnose
 from modelgen.diagnose.gate.hum import hum
 from modelgen.diagnose.gate.narrow import lone
 from modelgen.diagnose.gate.oddities import mains, saturation
@@ -117,6 +120,37 @@ def test_mains_in_two_sweeps_are_told_with_their_frequency(base: float) -> None:
     for x, m in zip(f, marks, strict=True):
         assert m[np.argmin(np.abs(x - base))]
         assert m.mean() < 0.1
+
+
+def test_the_first_line_goes_with_its_harmonics_where_a_resonance_is_missed_beside_it() -> None:
+    """Harmonics tell what it is; at 50 Hz the residual is loud all about."""
+    f, white = _sweeps(2, 40.0, 50.0, seed=1)
+    for x, e in zip(f, white, strict=True):
+        e[0] += 15.0 * np.exp(-(((x - 50.0) / 8.0) ** 2))
+    found, marks = mains(f, white, "electrical")
+    assert found is not None and "mains of 50 Hz" in found.says
+    assert all(m[np.abs(x - 50.0) < 6.0].all() for x, m in zip(f, marks, strict=True))
+
+
+def test_mains_in_sweeps_of_a_stiffness_are_no_physics_of_the_sample(tmp_path: Path) -> None:
+    """What a rig picks up at 50 and 150 Hz looks like resonances."""
+    rng, f = np.random.default_rng(2), np.arange(5.0, 185.0)
+    for k in range(3):
+        K = 31.0 + 0.02j * f
+        for n, size in ((1, 2.0), (3, 1.2), (5, 0.0)):
+            phase = np.exp(1j * rng.uniform(0, 6.3))
+            K = K + size * phase * np.exp(-(((f - n * 50.0) / 1.5) ** 2))
+        rows = np.stack([f, np.abs(K), np.degrees(np.angle(K))], axis=1)
+        rows[:, 1:] += rng.standard_normal((len(f), 2)) * [0.1, 0.2]
+        head = "f [Hz],k_s [N/mm],loss_angle [deg]"
+        np.savetxt(tmp_path / f"r{k}.csv", rows, delimiter=",", header=head, comments="")
+    text = 'model = "complex_stiffness"\n[constants]\nh_D = 0.0\nrho = 1.0\nA_z = 0.1\n'
+    text += "[noise]\nk_s = 0.1\nloss_angle = 0.2\n"
+    text += "".join(f'[[recording]]\nfile = "r{k}.csv"\nrole = "fit"\n' for k in range(3))
+    (tmp_path / "case.toml").write_text(text)
+    model, case = open_case(tmp_path / "case.toml")
+    found = diagnose(case, model)
+    assert found.effects[0].id.startswith("unknown_") and "mains of 50 Hz" in found.summary
 
 
 def test_noise_and_scattered_gross_errors_are_no_mains() -> None:
