@@ -7,6 +7,7 @@ A blow or a step looks the same in the displacement alone; the force feels these
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,10 +47,11 @@ def without_lost(t: Array, z: Array, outputs: Sequence[Array]) -> tuple[Array, N
     large = step > max(SURE * noise_std(t, z), STEPS * ordinary, SEEN * stroke)
     if stroke == 0 or not 0 < np.count_nonzero(large) <= 2 * FEW * z.size:
         return z, none
-    path, found = z.copy(), none
+    path, found, speed = z.copy(), none, ordinary / float(np.median(np.diff(t)))
+    senses = [_Sense.of(y) for y in outputs]
     for a, b in _runs(np.flatnonzero(large) + 1, z.size):
-        filled = _filled(t, path, a, b, ordinary)
-        if filled is not None and not _felt(np.abs(z[a:b] - filled).min() / stroke, outputs, a, b):
+        filled = _filled(t, path, a, b, speed)
+        if filled is not None and not _felt(float(np.abs(z[a:b] - filled).min()) / stroke, senses, a, b):
             path[a:b] = filled
             found = np.append(found, np.arange(a, b))
     return (path, found) if 0 < found.size <= FEW * z.size else (z, none)
@@ -67,9 +69,9 @@ def _runs(jumps: NDArray[np.intp], n: int) -> Iterator[tuple[int, int]]:
             k += 1  # what comes after it is the path again
 
 
-def _filled(t: Array, z: Array, a: int, b: int, ordinary: float) -> Array | None:
+def _filled(t: Array, z: Array, a: int, b: int, speed: float) -> Array | None:
     """(b − a,) the path between the samples before a and from b on, or beyond its end; None where these do
-    not go on to each other."""
+    not go on to each other at an ordinary speed."""
     sides = [slice(max(a - NEAR, 0), a), slice(b, b + NEAR)]
     lines = [np.polyfit(t[s] - t[s][0], z[s], 1) if len(t[s]) == NEAR else None for s in sides]
     before, after = (
@@ -83,19 +85,29 @@ def _filled(t: Array, z: Array, a: int, b: int, ordinary: float) -> Array | None
         return known[1] + known[2] * (t[a:b] - known[0])
     (t0, z0, v0), (t1, z1, v1) = before, after
     jump = min(abs(z[a] - z0), abs(z[b - 1] - z1))
-    if abs(z1 - z0) > MISSED * jump + 2 * max(abs(v0), abs(v1), ordinary / np.median(np.diff(t))) * (t1 - t0):
+    if abs(z1 - z0) > MISSED * jump + 2 * max(abs(v0), abs(v1), speed) * (t1 - t0):
         return None
     return np.asarray(CubicHermiteSpline([t0, t1], [z0, z1], [v0, v1])(t[a:b]))
 
 
-def _felt(jump: float, outputs: Sequence[Array], a: int, b: int) -> bool:
-    """Whether one of the outputs steps where the run begins or ends, or none would show such a part of the
-    stroke."""
-    shown = False
-    for y in outputs:
+@dataclass(frozen=True, eq=False)
+class _Sense:
+    """What an output shows: its steps (n − 1,), how large these are `anyway`, and its whole range."""
+
+    step: Array
+    anyway: float
+    range: float
+
+    @staticmethod
+    def of(y: Array) -> _Sense:
         step, index = np.abs(np.diff(y)), np.arange(y.size, dtype=np.float64)
         anyway = STEPS * float(np.quantile(step, 1 - 2 * FEW)) + NOISE * noise_std(index, y)
-        if step[max(a - 1, 0) : b + NEAR].max() > anyway:
-            return True
-        shown |= jump * float(np.ptp(y)) > FELT * anyway
-    return not shown
+        return _Sense(step, anyway, float(np.ptp(y)))
+
+
+def _felt(jump: float, senses: Sequence[_Sense], a: int, b: int) -> bool:
+    """Whether one of the outputs steps where the run begins or ends, or none would show such a part of the
+    stroke."""
+    if any(s.step[max(a - 1, 0) : b + NEAR].max() > s.anyway for s in senses):
+        return True
+    return not any(jump * s.range > FELT * s.anyway for s in senses)
