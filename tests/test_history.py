@@ -59,6 +59,7 @@ def chirped(name: str, role: str, last: float, seed: int, late: float = 3e-4) ->
     return Recording(name, None, role, {"t": t, "z": z}, {"F": shown})
 
 
+@pytest.mark.slow  # two searches, 30 s
 def test_a_lag_of_the_channel_is_no_past() -> None:
     """A base without the lag takes a past to make up for it; what is found beside it does without."""
     records = (chirped("a", "fit", 40.0, 1), chirped("b", "fit", 60.0, 2))
