@@ -67,6 +67,7 @@ def pushed_along(seed: int) -> Recording:
     return Recording(f"p{seed}", None, "fit", {"t": time, "u": drive}, {"place": shown})
 
 
+@pytest.mark.slow  # a minute
 def test_a_detent_where_the_place_follows_from_the_drive() -> None:
     case = Case(None, "pushed", (pushed_along(1), pushed_along(2)), noise=Noise({"place": 2e-4}))
     found = diagnose(case, pushed)

@@ -82,7 +82,7 @@ def recorded(what: str, noise: float = 2e-5, n: int = 1500) -> Case:
         ("nothing", set()),
         ("maxwell", {"maxwell_branch"}),
         ("friction", {"coulomb_friction"}),
-        ("absorber", {"second_mode"}),
+        pytest.param("absorber", {"second_mode"}, marks=pytest.mark.slow),
         ("play", {"backlash"}),
         ("weight", {"constant_load"}),
         pytest.param("hysteresis", {"second_dahl_element"}, marks=pytest.mark.slow),

@@ -203,6 +203,7 @@ def test_a_resonator_that_is_hung_on_does_not_take_the_place_of_a_mass_that_is_k
     assert bounds == [(0.0, pytest.approx(10 * 0.013))] * len(MODES)
 
 
+@pytest.mark.slow  # half a minute
 def test_an_amplifier_that_saturates_softly_is_found_at_the_sensor(tmp_path: Path) -> None:
     """F/(1 + |F/F_s|⁹)^(1/9) for F > 0: no plateau, and no physics of the sample."""
     rng = np.random.default_rng(5)
