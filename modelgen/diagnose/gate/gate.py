@@ -103,7 +103,7 @@ def judge_adequacy(
         floor = min(floor, quiet) if setting.model.is_time_model else floor
     rival = None if whole is not None else outdone(setting, outcome)
     other = None if unknown else _imitated(setting, outcome, sensitivities) or narrow(outcome)
-    notes = beside_note(outcome, after) if beside and not unknown else ()
+    notes: tuple[str, ...] = ()
     if oddity is not None and not best.hypothesis.added:
         other = oddity
     elif oddity is not None and other is None and not unknown:
@@ -113,10 +113,13 @@ def judge_adequacy(
         unknown, left = True, other or more or left
     elif rival is not None:
         unknown, left = True, as_leftover(outcome, rival[0], rival[1] + LEFT)
+    beside = beside and not unknown
+    notes = (*beside_note(outcome, after), *notes) if beside else notes
     structured = other is not None or rival is not None or left.gain > LEFT
     notes += far_notes(outcome, unknown, left, explained, np.sqrt(after / floor)) if far else ()
     odds = float(np.exp(min(left.gain, 60.0) / 2 - 5.0)) if structured else 9.0
-    odds = odds if more is None else 1.0
+    if more is not None:  # as well it may be noise that nobody stated
+        odds = 1.0
     words = noise_words(setting, outcome, after, stated)
     fit = rival[0] if rival is not None and other is None else None
     if fit is not None:  # what the description leaves, and not what it explains, is noise
@@ -128,7 +131,7 @@ def judge_adequacy(
         tied = best if rival[1] < CLOSE else None
     probability = (1 - OUTSIDE) * odds / (1 + odds)
     scale = float(np.sqrt(floor))
-    return Gate(unknown, left, probability, floor, scale, words, notes, fit, tied, beside and not unknown)
+    return Gate(unknown, left, probability, floor, scale, words, notes, fit, tied, beside)
 
 
 def _left(
