@@ -1,5 +1,5 @@
-"""A further effect that may be almost anything is not claimed (where models stay far from the recordings,
-whatever bends takes a part of the rest), nor one that is seldom there when it is named so; and three that
+"""A further effect that may be almost anything is not claimed where models stay far from the recordings
+(whatever bends takes a part of the rest), nor one that is seldom there when it is named so; and three that
 take the place of one are no names."""
 
 from __future__ import annotations
@@ -10,12 +10,15 @@ from dataclasses import replace
 from modelgen.diagnose.gate.gate import Gate
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.ranking import Standing
-from modelgen.diagnose.hypotheses.refit import misfit
+from modelgen.diagnose.hypotheses.refit import mean_square, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import Outcome, Setting
 from modelgen.diagnose.search.fewer import parts
 
 FAMILIES = 4
 """Families of physics that a further effect may be one of, and still be told."""
+SURELY, MISSED = 0.5, 1.5
+"""… unless it takes away more than this share of what is left without it, and leaves noise (no more than so
+many times its mean square): then something is there, whatever it is, and its rivals are told."""
 SELDOM = 0.2
 """Probability below which a third one is only noted, where the rest leaves little."""
 
@@ -36,8 +39,11 @@ def told(
         names = (s.addition.id, *s.equivalents)
         if len({families.get(i, i) for i in names}) <= FAMILIES:
             continue
+        less, share = _without(setting, outcome, s)
+        if share > SURELY and outcome.judge.temper == 1.0 and mean_square(plain_white(outcome.best)) < MISSED:
+            continue
         kept.remove(s)
-        outcome, share = _without(setting, outcome, s)
+        outcome = less
         notes += (
             f"one more effect would take away {share:.0%} of what is left: any of {', '.join(names)}. "
             "Not told apart, so none is claimed",
