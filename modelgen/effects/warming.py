@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 
-from sympy import Symbol
+from sympy import Expr, Symbol
 
 from modelgen.effects.drift import SETTLES, WARMTH, WHOLE, settling
 from modelgen.effects.effect import ANY, Effect, Strength, Values, unit_of
 from modelgen.effects.motion import way
-from modelgen.language import Model, Piecewise, Port, State, exp
+from modelgen.language import Model, Parameter, Piecewise, Port, State, exp
 
 WARMS = "the stiffness changes in the course of the record, as the sample warms up"
 
@@ -75,12 +75,24 @@ def _warmed(model: Model, port: Port, p: Values) -> Model:
     """T' = |z'| − T/τ: warmth of dry friction, which is lost as Newton has it; each step exact for its mean
     speed."""
     beta, tau = p.values()
+    way_kept = _kept("self_heating", port, tau, way(port), unit_of(model, port["z"]))
+    return model.extend(port.equation, lambda k: k * (1 + beta * way_kept.symbol), statements=(way_kept,))
+
+
+def _kept(name: str, port: Port, tau: Parameter, step: Expr, unit: str) -> State:
+    """The way (or what else makes heat) of which the heat is still there; in the last `step` came so much."""
     x = (port["t"] - port["t_prev"]) / tau
-    kept = Piecewise(((1 - exp(-x)) / x, x > 0), (1, True))
-    T = Symbol("self_heating", real=True)
-    unit = unit_of(model, port["z"])
-    warmth = State(T.name, 0, T * exp(-x) + way(port) * kept, unit=unit, text="way whose heat is still there")
-    return model.extend(port.equation, lambda k: k * (1 + beta * warmth.symbol), statements=(warmth,))
+    mean = Piecewise(((1 - exp(-x)) / x, x > 0), (1, True))
+    before = Symbol(name, real=True)
+    return State(name, 0, before * exp(-x) + step * mean, unit=unit, text="of which the heat is still there")
+
+
+def _warmed_by_flow(model: Model, port: Port, p: Values) -> Model:
+    """T' = v² − T/τ: warmth of a dashpot."""
+    beta, tau = p.values()
+    step = port["v"] ** 2 * (port["t"] - port["t_prev"])
+    flow = _kept("flow_heating", port, tau, step, f"({unit_of(model, port['v'])})**2*s")
+    return model.extend(port.equation, lambda F: F * (1 + beta * flow.symbol), statements=(flow,))
 
 
 def _warmed_all(model: Model, port: Port, p: Values) -> Model:
@@ -114,6 +126,18 @@ material_heating = replace(
     also=("friction",),
 )
 
+viscous_heating = replace(
+    self_heating,
+    kinds=("force",),
+    says="the force falls (or grows) as the sample warms up by viscous losses, the more the faster it moves",
+    source="power of a dashpot, c v^2, e.g. S. S. Rao, Mechanical Vibrations, ch. 3; Newton's law of cooling",
+    strengths=(Strength("beta_v", "1/(({v})**2*s)", bounds=ANY, text="relative change per heat"),),
+    apply=_warmed_by_flow,
+    shapes=(replace(self_heating.shapes[0], name="tau_v"),),
+    needs=("v", "t", "t_prev"),
+)
+
 EFFECTS = (
     temperature_drift, material_warming, own_warming, dashpot_warming, self_heating, material_heating,
+    viscous_heating,
 )  # fmt: skip

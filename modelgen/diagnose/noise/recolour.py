@@ -52,8 +52,7 @@ def recolour(s: Setting, judge: Judge, base: Fit, fits: list[Fit]) -> tuple[Judg
 SPOILT = 1.25
 """Over time the best account under a colour leaves no more than this many times what the colour was taken
 from: more, it is no noise's. Each further colour would let more of the misfit pass, as long as it is smooth.
-Nothing is spoilt within the noise and what errors of the motion make. (In sweeps each depth of the search
-begins without a colour.)"""
+Nothing is spoilt within the noise and what errors of the motion make."""
 
 
 def _size(f: Fit) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -35,8 +35,6 @@ def grow(
     chosen = _promising(s, base, judge, beam, scores)
     if beam and len(beam[0].ids) == 1:
         more = _companions(beam if s.cheap else beam[:1], first)
-        if s.model.is_time_model and any(w.ar is not None for w in judge.whiteners):
-            more = more | _uncoloured(s, base, judge, beam[0], scores)
         chosen = chosen | {key: grown for key, grown in more.items() if key not in chosen}
     made = make_hypotheses(
         s.model, s.case, s.series, [(*g.fit.hypothesis.added, g.addition) for g in chosen.values()]
@@ -147,19 +145,6 @@ def _promising(
                 (wanted if told else opposite).append((reach, Grown(f, x.addition, tried)))
     also = [g for _, g in sorted(opposite, key=lambda w: w[0])[:OPPOSITE]]
     return {g.key: g for g in also} | _best(s, [g for _, g in sorted(wanted, key=lambda w: w[0])])
-
-
-PLAIN = 2
-"""Effects that promise most without the colour that the best fit has left: it hides what is slow."""
-
-
-def _uncoloured(s: Setting, base: Fit, judge: Judge, best: Fit, scores: Sequence[Score]) -> dict[Key, Grown]:
-    """The same beside the best fit, as if what it leaves had no colour; of other physics one law each."""
-    plain = replace(judge, whiteners=tuple(replace(w, ar=None) for w in judge.whiteners))
-    found = _promising(s, base, plain, [plain.look(best.hypothesis, best.theta)], scores)
-    kinds = {g.addition.id: g for g in reversed(found.values())}
-    first = [g for g in found.values() if kinds[g.addition.id] is g][:PLAIN]
-    return {g.key: replace(g, fit=best) for g in first}
 
 
 def _best(s: Setting, wanted: Sequence[Grown]) -> dict[Key, Grown]:

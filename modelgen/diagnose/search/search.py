@@ -77,7 +77,7 @@ def search(s: Setting, base: Fit, judge: Judge, progress: Progress = None) -> Ou
             break
     if not s.cheap:
         judge, best, tried = _by_exchanges(s, judge, base, best, scores, first, tried)
-    laws = by_other_laws(s, base, judge, best, list(tried.values()), scores)
+    laws = by_other_laws(s, base, judge, best, list(tried.values()), scores) if s.cheap else []
     tried = {f.hypothesis.key: f for f in better_of(list(tried.values()), laws)}
     best = min([best, *(f for f in laws if len(f.ids) == len(best.ids))], key=lambda f: f.bic)
     best, less = pruned(s, judge, base, best, list(tried.values()), scores)
@@ -101,15 +101,17 @@ def _by_exchanges(
     first: Sequence[Fit],
     tried: Mapping[Key, Fit],
 ) -> tuple[Judge, Fit, dict[Key, Fit]]:
-    """`_exchanged`; and where nothing is claimed though pairs were tried, the pair that the best of these
-    leads to, if that one may be claimed: a beam follows what gains first."""
+    """`_exchanged`; and where no two are claimed though a pair of others was tried that is better, the pair
+    that this leads to, if that one may be claimed: a beam follows what gains first."""
     if len(best.ids) > 1:
         return _exchanged(s, judge, base, best, scores, first, tried)
     pairs = [f for f in tried.values() if len(f.ids) == 2]
     lead = min(pairs, key=lambda f: f.bic, default=best)
-    if best.ids or not pairs or best.bic - lead.bic < PLAIN:
+    if set(best.ids) & set(lead.ids) or not pairs or best.bic - lead.bic < PLAIN:
         return judge, best, dict(tried)
     judge, lead, more = _exchanged(s, judge, base, lead, scores, first, tried)
+    more |= {f.hypothesis.key: f for f in by_other_laws(s, base, judge, lead, list(more.values()), scores)}
+    lead = min((f for f in more.values() if len(f.ids) == 2), key=lambda f: f.bic)
     best = judge.look(best.hypothesis, best.theta)
     return judge, lead if gains(s, judge, base, best, lead) else best, more
 
@@ -153,14 +155,14 @@ def _deeper(
 ) -> tuple[Judge, Fit, Fit, list[Fit]]:
     """Judge, base and best, and fits with one effect more than the best of those before."""
     depth = 1 + len(before[0].ids)
-    if not s.model.is_time_model:  # the colour that wrong hypotheses leave hides what would be right
-        judge = replace(white_judge(s.series), prior=judge.prior, temper=judge.temper)
-        base, best = (judge.look(f.hypothesis, f.theta) for f in (base, best))
-        before, first = ([judge.look(f.hypothesis, f.theta) for f in fits] for fits in (before, first))
-    beam = _beam(s, base, before)
-    grown = grow(s, base, judge, beam, scores, first)
+    white = _without_colour(judge)
+    if white is not judge:
+        before, first = ([white.look(f.hypothesis, f.theta) for f in fits] for fits in (before, first))
+    beam = _beam(s, white.look(base.hypothesis, base.theta), before)
+    grown = grow(s, base, white, beam, scores, first)
     if not grown:
         return judge, base, best, []
+    judge, base, best = white, *(white.look(f.hypothesis, f.theta) for f in (base, best))
     judge, base, grown, best = recolour_pairs(s, judge, base, grown, best)
     far = depth == 2 and not s.model.is_time_model and beyond_scatter(best) > BENT
     least = best.bic - (0.0 if depth == 2 else ALARM)
@@ -172,6 +174,13 @@ def _deeper(
         judge, base, grown, best = recolour_pairs(s, judge, base, more, best)
     judge, grown = deserved(s, judge, [base, *beam], grown)
     return judge, base, best, grown
+
+
+def _without_colour(judge: Judge) -> Judge:
+    """The judge without a colour: that of wrong hypotheses hides what would be right."""
+    if all(w.ar is None for w in judge.whiteners):
+        return judge
+    return replace(judge, whiteners=tuple(replace(w, ar=None) for w in judge.whiteners))
 
 
 def _missed(s: Setting, best: Fit) -> bool:

@@ -92,8 +92,8 @@ def by_other_laws(
     s: Setting, base: Fit, judge: Judge, best: Fit, tried: Sequence[Fit], scores: Sequence[Score]
 ) -> list[Fit]:
     """The rivals of several effects that the best ones have, each effect by its other laws: what led the best
-    one from law to law was not led through theirs. Only where fits are cheap."""
-    if not s.cheap or len(best.ids) < 2:
+    one from law to law was not led through theirs."""
+    if len(best.ids) < 2:
         return []
     near = [f for f in tried if len(f.ids) == len(best.ids) and f.bic - best.bic < RIVALS]
     first = {frozenset(f.ids): f for f in sorted(near, key=lambda f: -f.bic) if set(f.ids) != set(best.ids)}
