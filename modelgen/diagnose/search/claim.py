@@ -25,6 +25,8 @@ was named in eight of them, was there in none. Impedances have fewer laws, and l
 MENDED, TO_NOISE, FROM = 0.25, 1.03, 1.15
 """Part of that which is asked of a second effect over time that leaves at most TO_NOISE times the noise where
 the first left FROM times as much: what is wrong with a law is seldom another law to the last."""
+KIN = 1.5
+"""Times that, if the further effect is of the family of another: what is wrong with a law is likest to it."""
 SEEN = 0.998
 """Where far more than noise is left, a further effect must be seen in the recordings as they are, and not
 only in what a filter of that rest leaves of them."""
@@ -57,7 +59,7 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
     other = set(old.ids) <= set(new.ids) and not old.hypothesis.key <= new.hypothesis.key
     mends = new.parameters > old.parameters and not other
     off = INEXACT["time" if s.model.is_time_model else "sweep"][len(old.ids)]
-    off *= MENDED if _to_noise(old, new) else 1.0
+    off *= KIN if _of_one_kind(new) else MENDED if _to_noise(old, new) else 1.0
     inexact = off**2 * (misfit(nearest(s, base)) - misfit(new)) if old.ids and mends else -np.inf
     if judge.temper > 1.0:  # that something is missing is beyond doubt: the first effect is the best account
         seen = new.chi2 < WORTH * old.chi2 and misfit(old) - misfit(new) > inexact
@@ -96,6 +98,11 @@ def _to_noise(old: Fit, new: Fit) -> bool:
     """Whether a second effect leaves but noise where the first left more."""
     level = TO_NOISE**2 * effective(new.white)
     return len(old.ids) == 1 and misfit(new) < min(level, misfit(old) / FROM**2)
+
+
+def _of_one_kind(f: Fit) -> bool:
+    """Whether two of the effects are of one family."""
+    return len({a.family for a in f.hypothesis.added}) < len(f.ids)
 
 
 def worse(s: Setting, old: Fit, new: Fit) -> bool:
