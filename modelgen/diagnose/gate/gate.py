@@ -91,7 +91,11 @@ def judge_adequacy(
     unknown = _unexplained(outcome, left, gross, explained) and not _better_named(
         setting, outcome, sensitivities, explained, floor
     )
-    beside = stated and bool(best.ids) and _smooth(setting, outcome) and _beside(before, after)
+    if best.ids and after > before:  # only the smooth error that is counted as noise speaks for them
+        unknown = True
+    beside = (
+        stated and bool(best.ids) and _smooth(setting, outcome) and _beside(before, after) and not unknown
+    )
     if beside:
         floor = 1.0
     elif not unknown and best.hypothesis.added and (part := reach(before, after, floor)) < 1.0:
