@@ -27,6 +27,7 @@ from modelgen.effects import (
     slip_level,
     softening,
     stops,
+    transduction,
     viscoelastic,
     warming,
 )
@@ -36,6 +37,7 @@ CATALOGUE: tuple[Effect, ...] = (
     *eddy.EFFECTS,
     *electrical.EFFECTS,
     *dielectric.EFFECTS,
+    *transduction.EFFECTS,
     *diffusion.EFFECTS,
     *mechanical_impedance.EFFECTS,
     *viscoelastic.EFFECTS,

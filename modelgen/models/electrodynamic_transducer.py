@@ -18,7 +18,10 @@ L_E = Equation("L_E", L_e, "H", text="inductance of the blocked coil, complex wh
 Z_e = Equation("Z_e", R_e + j * omega * L_E, "ohm", "(8)", "blocked electrical impedance")
 K_M = Equation("K_M", K_m, "N/m", text="stiffness of the suspension, complex where it loses energy")
 Z_m = Equation("Z_m", R_m + j * omega * M_m + K_M / (j * omega), "N*s/m", "(9)", "mechanical impedance")
-Z = Equation("Z", Z_e + Bl**2 / Z_m, "ohm", "(4)", "electrical impedance, with T_em = −T_me = Bl")
+T_em = Equation(
+    "T_em", Bl, "N/A", "(4)", "force factor, complex where currents screen the flux; T_me = −T_em"
+)
+Z = Equation("Z", Z_e + T_em**2 / Z_m, "ohm", "(4)", "electrical impedance, with T_me = −T_em")
 
 at = (("omega", omega.symbol),)
 wound = (*at, ("R", R_e))
@@ -26,7 +29,7 @@ electrodynamic_transducer = Model(
     "electrodynamic_transducer",
     inputs=(f,),
     parameters=(R_e, L_e, Bl, M_m, K_m, R_m),
-    statements=(omega, L_E, Z_e, K_M, Z_m, Z),
+    statements=(omega, L_E, Z_e, K_M, Z_m, T_em, Z),
     outputs=(Output("Z"),),
     ports=(
         Port("electrical", "electrical_impedance", "Z_e", wound),
@@ -34,6 +37,7 @@ electrodynamic_transducer = Model(
         Port("electrical", "terminals", "Z", wound),
         Port("mechanical", "mechanical_impedance", "Z_m", at),
         Port("mechanical", "stiffness", "K_M", at),
+        Port("transduction", "transduction", "T_em", at),
     ),
     source=TEXTBOOK,
     text="moving-coil transducer, electrical impedance",

@@ -18,7 +18,8 @@ omega = Equation("omega", 2 * pi * f, "rad/s", text="angular frequency")
 C_E = Equation("C_E", C_0, "F", text="capacitance, complex where the dielectric loses energy")
 K_M = Equation("K_M", K_m, "N/m", text="stiffness, complex where it loses energy")
 Z_m = Equation("Z_m", R_m + j * omega * M_m + K_M / (j * omega), "N*s/m", text="mechanical impedance")
-Y = Equation("Y", j * omega * C_E + phi**2 / Z_m, "1/ohm", text="admittance, phi by phi N/V and A/(m/s)")
+Phi = Equation("Phi", phi, "N/V", text="force factor, complex where the transduction loses energy")
+Y = Equation("Y", j * omega * C_E + Phi**2 / Z_m, "1/ohm", text="admittance, Phi by Phi N/V and A/(m/s)")
 Z = Equation("Z", 1 / Y, "ohm", text="electrical impedance")
 
 at = (("omega", omega.symbol),)
@@ -26,13 +27,14 @@ piezoelectric_transducer = Model(
     "piezoelectric_transducer",
     inputs=(f,),
     parameters=(C_0, phi, M_m, K_m, R_m),
-    statements=(omega, C_E, K_M, Z_m, Y, Z),
+    statements=(omega, C_E, K_M, Z_m, Phi, Y, Z),
     outputs=(Output("Z"),),
     ports=(
         Port("electrical", "capacitance", "C_E", at),
         Port("electrical", "terminals", "Z", at),
         Port("mechanical", "mechanical_impedance", "Z_m", at),
         Port("mechanical", "stiffness", "K_M", at),
+        Port("transduction", "transduction", "Phi", at),
     ),
     source=VAN_DYKE,
     text="piezoelectric transducer at one resonance, electrical impedance",
