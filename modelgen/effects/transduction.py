@@ -13,7 +13,7 @@ transduction_loss = Effect(
     change(lambda T, at, p: T * (1 - j * p["tan_theta"])),
     needs=("omega",),
     family="transduction",
-    common=0.5,
+    common=0.25,
 )
 
 flux_shielding = Effect(
@@ -26,7 +26,7 @@ flux_shielding = Effect(
     (Shape("tau", "s", "time", 0.3, 3.0, text="time in which the flux follows"),),
     needs=("omega",),
     family="transduction",
-    common=0.5,
+    common=0.25,
 )
 
 EFFECTS = (transduction_loss, flux_shielding)
