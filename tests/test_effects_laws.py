@@ -156,6 +156,20 @@ def test_dielectrics() -> None:
     assert np.allclose(1j * w * new, 1j * w * old + 1e-6)
 
 
+def test_transduction_loses_energy_by_one_angle() -> None:
+    old, new = at_port(find("transduction_loss", "transduction"), "piezoelectric_transducer", tan_theta=0.02)
+    assert np.allclose(new, old * (1 - 0.02j))
+
+
+def test_flux_is_screened_as_by_a_shorted_turn() -> None:
+    """The turn's current jωΦ/(R + jωL) takes its share of the flux away."""
+    old, new = at_port(find("flux_shielding", "transduction"), g=0.3, tau=2e-4)
+    R, L = 5e-3, 1e-6
+    assert np.isclose(L / R, 2e-4)
+    assert np.allclose(new / old, 1 - 0.3 * 1j * w * L / (R + 1j * w * L))
+    assert np.all(np.diff(np.abs(new)) < 0) and np.all(np.abs(new) > 0.7 * np.abs(old))
+
+
 def test_insulation_across_a_coil_has_one_loss_angle() -> None:
     old, new = at_port(find("coil_capacitance", "terminals", "C_n"), C_n=1e-8, n_C=0.1)
     Y = 1 / new - 1 / old
@@ -659,6 +673,18 @@ def test_a_sample_warms_up_by_its_own_friction() -> None:
     at = np.abs(motion["z"]) > 0.9
     warmth = 80 / np.pi * 2.0 * (1 - np.exp(-t / 2.0))
     assert np.allclose((F[at] / (2 * motion["z"][at]) - 1) / -0.005, warmth[at], atol=2.0)
+
+
+def test_a_dashpot_warms_up_by_its_power() -> None:
+    """At a steady mean square speed the heat that is still there grows as <v²> τ (1 − e^(−t/τ))."""
+    t = np.linspace(0, 10, 4001)
+    motion, base = record(t, lambda x: np.sin(40 * x)), {"k_D": 2.0, "c_D": 0.05}
+    law = find("temperature_drift", "force", "beta_v")
+    cold = force(law, motion, base, beta_v=0.0, tau_v=2.0)
+    F = force(law, motion, base, beta_v=-1e-4, tau_v=2.0)
+    at = np.abs(cold) > 1.5
+    warmth = 800 * 2.0 * (1 - np.exp(-t / 2.0))
+    assert np.allclose((F[at] / cold[at] - 1) / -1e-4, warmth[at], atol=25.0)
 
 
 def test_friction_and_spring_warm_up_alike() -> None:

@@ -49,6 +49,14 @@ from modelgen.truths.further import further
             320100215, ("contact_compliance", "cubic_stiffness"), "coloured", 20.0,
             id="the joint takes in the spring, though the spring was found after it",
         ),
+        pytest.param(
+            350100051, ("backlash", "offset_drift"), "misstated", 3.0,
+            id="a colour of the noise takes all of the drift",
+        ),
+        pytest.param(
+            350100125, ("magnetic_pull", "cubic_stiffness"), "quantised", 3.0,
+            id="one other effect does nearly as well as both",
+        ),
     ],
 )  # fmt: skip
 def test_both_of_a_pair_are_named(
