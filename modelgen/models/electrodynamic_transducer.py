@@ -18,9 +18,7 @@ L_E = Equation("L_E", L_e, "H", text="inductance of the blocked coil, complex wh
 Z_e = Equation("Z_e", R_e + j * omega * L_E, "ohm", "(8)", "blocked electrical impedance")
 K_M = Equation("K_M", K_m, "N/m", text="stiffness of the suspension, complex where it loses energy")
 Z_m = Equation("Z_m", R_m + j * omega * M_m + K_M / (j * omega), "N*s/m", "(9)", "mechanical impedance")
-T_em = Equation(
-    "T_em", Bl, "N/A", "(4)", "force factor, complex where currents screen the flux; T_me = −T_em"
-)
+T_em = Equation("T_em", Bl, "N/A", "(4)", "force factor, complex where currents screen its flux")
 Z = Equation("Z", Z_e + T_em**2 / Z_m, "ohm", "(4)", "electrical impedance, with T_me = −T_em")
 
 at = (("omega", omega.symbol),)
