@@ -69,6 +69,10 @@ class Gate:
     """Whether the named effects need a smooth error that nobody stated, larger than what they explain."""
 
 
+FARTHER = 1.5
+"""Times the base's mean square residual beyond which effects are no account of the recordings."""
+
+
 def judge_adequacy(
     setting: Setting,
     outcome: Outcome,
@@ -91,7 +95,7 @@ def judge_adequacy(
     unknown = _unexplained(outcome, left, gross, explained) and not _better_named(
         setting, outcome, sensitivities, explained, floor
     )
-    if best.ids and after > before:  # only the smooth error that is counted as noise speaks for them
+    if best.ids and after > FARTHER * before:  # only a smooth error that counts as noise speaks for them
         unknown = True
     beside = (
         stated and bool(best.ids) and _smooth(setting, outcome) and _beside(before, after) and not unknown

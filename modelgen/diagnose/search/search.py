@@ -155,9 +155,9 @@ def _deeper(
 ) -> tuple[Judge, Fit, Fit, list[Fit]]:
     """Judge, base and best, and fits with one effect more than the best of those before."""
     depth = 1 + len(before[0].ids)
-    white = _without_colour(judge)
-    if white is not judge:
-        before, first = ([white.look(f.hypothesis, f.theta) for f in fits] for fits in (before, first))
+    # a colour that wrong hypotheses leave hides what would be right
+    white = replace(judge, whiteners=tuple(replace(w, ar=None) for w in judge.whiteners))
+    before, first = ([white.look(f.hypothesis, f.theta) for f in fits] for fits in (before, first))
     beam = _beam(s, white.look(base.hypothesis, base.theta), before)
     grown = grow(s, base, white, beam, scores, first)
     if not grown:
@@ -174,13 +174,6 @@ def _deeper(
         judge, base, grown, best = recolour_pairs(s, judge, base, more, best)
     judge, grown = deserved(s, judge, [base, *beam], grown)
     return judge, base, best, grown
-
-
-def _without_colour(judge: Judge) -> Judge:
-    """The judge without a colour: that of wrong hypotheses hides what would be right."""
-    if all(w.ar is None for w in judge.whiteners):
-        return judge
-    return replace(judge, whiteners=tuple(replace(w, ar=None) for w in judge.whiteners))
 
 
 def _missed(s: Setting, best: Fit) -> bool:
