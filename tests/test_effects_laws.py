@@ -163,11 +163,21 @@ def test_transduction_loses_energy_by_one_angle() -> None:
 
 def test_flux_is_screened_as_by_a_shorted_turn() -> None:
     """The turn's current jωΦ/(R + jωL) takes its share of the flux away."""
-    old, new = at_port(find("flux_shielding", "transduction"), g=0.3, tau=2e-4)
+    old, new = at_port(find("flux_shielding", "transduction", "g"), g=0.3, tau=2e-4)
     R, L = 5e-3, 1e-6
     assert np.isclose(L / R, 2e-4)
     assert np.allclose(new / old, 1 - 0.3 * 1j * w * L / (R + 1j * w * L))
     assert np.all(np.diff(np.abs(new)) < 0) and np.all(np.abs(new) > 0.7 * np.abs(old))
+
+
+def test_flux_enters_thick_metal_through_a_skin() -> None:
+    """Of a half-space beside the gap: its surface impedance, jωμδ/(1 + j), over that and the gap's own."""
+    old, new = at_port(find("flux_shielding", "transduction", "g_d"), g_d=0.3, tau_d=2e-4)
+    mu, sigma, own = 4e-7 * np.pi, 1e6, 2e-4
+    depth = np.sqrt(2 / (w * mu * sigma))
+    skin = 1j * w * mu * depth / (1 + 1j)
+    gap = skin / np.sqrt(1j * w * own)
+    assert np.allclose(new / old, 1 - 0.3 * skin / (skin + gap))
 
 
 def test_insulation_across_a_coil_has_one_loss_angle() -> None:

@@ -32,6 +32,7 @@ from modelgen.units import converts
 
 OSCILLATING = (
     "terminals", "electrical_impedance", "inductance", "capacitance", "mechanical_impedance", "stiffness",
+    "transduction",
 )  # fmt: skip
 """Kinds of ports over frequency."""
 PER_OMEGA = {"inductance": ("L", "H"), "capacitance": ("C", "F")}

@@ -1,7 +1,12 @@
 """The coupling between the electrical and the mechanical side, which models take for a real constant."""
 
-from modelgen.effects.effect import ANY, Effect, Shape, Strength, change
-from modelgen.language import j
+from dataclasses import replace
+from typing import Any
+
+from sympy import Rational
+
+from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, change
+from modelgen.language import Port, j, powj
 
 transduction_loss = Effect(
     "transduction_loss",
@@ -16,6 +21,12 @@ transduction_loss = Effect(
     common=0.25,
 )
 
+
+def _diffused(T: Any, at: Port, p: Values) -> Any:
+    s = powj(at["omega"] * p["tau_d"], Rational(1, 2))
+    return T * (1 - p["g_d"] * s / (1 + s))
+
+
 flux_shielding = Effect(
     "flux_shielding",
     ("transduction",),
@@ -29,4 +40,13 @@ flux_shielding = Effect(
     common=0.25,
 )
 
-EFFECTS = (transduction_loss, flux_shielding)
+flux_diffusion = replace(
+    flux_shielding,
+    says="the gap's flux has to enter thick metal: the force factor falls slowly with frequency, and lags",
+    source="R. L. Stoll, The Analysis of Eddy Currents (1974), ch. 2: a skin, T(1 − g s/(1 + s)), s = √(jωτ)",
+    strengths=(replace(flux_shielding.strengths[0], name="g_d"),),
+    apply=change(_diffused),
+    shapes=(replace(flux_shielding.shapes[0], name="tau_d", low=0.03, high=30.0),),
+)
+
+EFFECTS = (transduction_loss, flux_shielding, flux_diffusion)
