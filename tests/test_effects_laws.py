@@ -176,7 +176,7 @@ def test_flux_enters_thick_metal_through_a_skin() -> None:
     mu, sigma, own = 4e-7 * np.pi, 1e6, 2e-4
     depth = np.sqrt(2 / (w * mu * sigma))
     skin = 1j * w * mu * depth / (1 + 1j)
-    gap = skin / np.sqrt(1j * w * own)
+    gap = np.sqrt(mu / (sigma * own))
     assert np.allclose(new / old, 1 - 0.3 * skin / (skin + gap))
 
 
