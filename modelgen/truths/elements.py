@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import numpy.typing as npt
 from scipy.special import ive, j1, struve
@@ -18,12 +20,20 @@ def springpot(w: Array, alpha: float, w0: float) -> Complex:
 
     The trapezoidal rule in u converges like exp(-π²/step): 3e-10 here.
     """
+    return _relaxations(np.ascontiguousarray(w, dtype=float).tobytes(), float(alpha), float(w0))
+
+
+@lru_cache(maxsize=32)  # a base that is fitted beside it asks for the same again and again
+def _relaxations(omega: bytes, alpha: float, w0: float) -> Complex:
+    w = np.frombuffer(omega)
     step, reach = 0.45, 25.0
     u = np.arange(-reach / alpha, reach / (1 - alpha), step)
     above, below = np.maximum(u, 0), np.minimum(u, 0)  # either part alone stays finite
     weight = np.sin(np.pi * alpha) / np.pi * step * np.exp(alpha * u - above)
     x = 1j * w / w0
-    return np.asarray([(weight * (xi / (xi * np.exp(-above) + np.exp(below)))).sum() for xi in x])
+    found = np.asarray([(weight * (xi / (xi * np.exp(-above) + np.exp(below)))).sum() for xi in x])
+    found.flags.writeable = False
+    return found
 
 
 def cole_cole(w: Array, tau: float, a: float) -> Complex:
