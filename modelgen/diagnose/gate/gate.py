@@ -92,14 +92,13 @@ def judge_adequacy(
     far = gross or _far(outcome, left, after, rough, stated or not many)
     floor = _floor(after, rough, sum(e.size for e in plain), stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
-    unknown = _unexplained(outcome, left, gross, explained) and not _better_named(
-        setting, outcome, sensitivities, explained, floor
+    farther = bool(best.ids) and after > FARTHER * before  # a smooth error speaks for them
+    unknown = farther or (
+        _unexplained(outcome, left, gross, explained)
+        and not _better_named(setting, outcome, sensitivities, explained, floor)
     )
-    if best.ids and after > FARTHER * before:  # only a smooth error that counts as noise speaks for them
-        unknown = True
-    beside = (
-        stated and bool(best.ids) and _smooth(setting, outcome) and _beside(before, after) and not unknown
-    )
+    allowed = stated and bool(best.ids) and _smooth(setting, outcome) and not unknown
+    beside = allowed and _beside(before, after)
     if beside:
         floor = 1.0
     elif not unknown and best.hypothesis.added and (part := reach(before, after, floor)) < 1.0:
@@ -125,21 +124,28 @@ def judge_adequacy(
     notes = (*beside_note(outcome, after), *notes) if beside else notes
     structured = other is not None or rival is not None or left.gain > LEFT
     notes += far_notes(outcome, unknown, left, explained, np.sqrt(after / floor)) if far else ()
-    odds = float(np.exp(min(left.gain, 60.0) / 2 - 5.0)) if structured else 9.0
-    if more is not None:  # as well it may be noise that nobody stated
-        odds = 1.0
     words = noise_words(setting, outcome, after, stated)
     fit = rival[0] if rival is not None and other is None else None
     if fit is not None:  # what the description leaves, and not what it explains, is noise
         rest = mean_square(plain_white(fit))
         floor = min(floor, _floor(rest, rough, sum(e.size for e in plain), stated, False))
-    tied = None
-    if rival is not None and fit is not None and best.hypothesis.added:
-        odds = float(np.exp(min(rival[1], 60.0) / (2 * TEMPER)))
-        tied = best if rival[1] < CLOSE else None
-    probability = (1 - OUTSIDE) * odds / (1 + odds)
+    lead = rival[1] if rival is not None and fit is not None and best.hypothesis.added else None
+    tied = best if lead is not None and lead < CLOSE else None
+    probability = _probability(left, structured, more is not None, lead)
     scale = float(np.sqrt(floor))
     return Gate(unknown, left, probability, floor, scale, words, notes, fit, tied, beside)
+
+
+def _probability(left: Leftover, structured: bool, may_be_noise: bool, lead: float | None) -> float:
+    """How sure it is that what is left is physics that nothing names; `lead`: the evidence by which what
+    describes it is ahead of named effects."""
+    if lead is not None:
+        odds = float(np.exp(min(lead, 60.0) / (2 * TEMPER)))
+    elif may_be_noise:
+        odds = 1.0
+    else:
+        odds = float(np.exp(min(left.gain, 60.0) / 2 - 5.0)) if structured else 9.0
+    return (1 - OUTSIDE) * odds / (1 + odds)
 
 
 def _left(
