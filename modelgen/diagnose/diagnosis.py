@@ -151,7 +151,8 @@ def _accounted(
         again, notes = unblurred(made.thinned, outcome.best, outcome.judge), ()
     if again is not None:
         made = replace(made, case=again, ground=prepare(model, again, seed), notes=notes)
-        ground, setting, outcome = _searched(model, made.case, made.ground, catalogue, seed, progress)
+        before = outcome.best
+        ground, setting, outcome = _searched(model, made.case, made.ground, catalogue, seed, progress, before)
     return replace(made, ground=ground), setting, outcome
 
 
@@ -194,9 +195,13 @@ def _searched(
     catalogue: Sequence[Effect],
     seed: int,
     progress: Progress = None,
+    before: Fit | None = None,
 ) -> tuple[Ground, Setting, Outcome]:
-    """The search; and once more, where what it found lays outliers open that the base's misfit had hidden."""
-    setting = set_up(model, case, ground, catalogue)
+    """The search; and once more, where what it found lays outliers open that the base's misfit had hidden.
+
+    before: what an earlier search had found.
+    """
+    setting = replace(set_up(model, case, ground, catalogue), before=before)
     if exact(ground.base):
         return ground, setting, Outcome(ground.judge, ground.base, ground.base, (), ())
     outcome = search(setting, ground.base, ground.judge, progress)
@@ -210,7 +215,7 @@ def _searched(
     if seen is None:
         return ground, setting, outcome
     again = prepare(model, case, seed, seen)
-    anew = set_up(model, case, again, catalogue)
+    anew = replace(set_up(model, case, again, catalogue), before=outcome.best)
     found = search(anew, again.base, again.judge, progress)
     # what stands on one sweep's few samples has nothing else for it, however well it explains them
     if alone is None and rather(outcome.judge, outcome.best, found.best):

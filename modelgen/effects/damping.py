@@ -134,6 +134,20 @@ power_law_damping = Effect(
     common=0.5,
 )
 
+carreau_damping = replace(
+    power_law_damping,
+    says="the dashpot shear-thins: linear where it is slow, its force grows with a power of speed below one "
+    "where it is fast",
+    source="P. J. Carreau, Trans. Soc. Rheol. 16 (1972) 99: viscosity falls as (1 + (v/v_c)^2)^((n - 1)/2)",
+    strengths=(Strength("c_0", "{port}/({v})", text="damping coefficient where it is slow"),),
+    apply=add(lambda at, p: p["c_0"] * at["v"] * (1 + (at["v"] / p["v_c"]) ** 2) ** ((p["m"] - 1) / 2)),
+    shapes=(
+        Shape("v_c", "{v}", "speed", 0.02, 0.7, 4, text="speed where it begins to thin"),
+        Shape("m", "1", "1", 0.1, 0.8, 3, log=False, text="exponent of speed where it is fast"),
+    ),
+    common=RARER,
+)
+
 EFFECTS = (
     viscous_force,
     quadratic_damping,
@@ -144,4 +158,5 @@ EFFECTS = (
     _pin(-1),
     smooth_pipe,
     power_law_damping,
+    carreau_damping,
 )

@@ -194,7 +194,7 @@ class Made:
         """Of the mean of so many recordings; the error of laws stays what it is."""
         w = self.plain.whitener
         weight = w.weight * times**0.5
-        less = 1 / np.sqrt(1 + np.mean(np.abs(np.atleast_2d(weight)), axis=0) ** 2 * self.inexact**2)
+        less = 1 / np.hypot(1.0, np.mean(np.abs(np.atleast_2d(weight)), axis=0) * self.inexact)
         root = None if w.root is None else replace(w.root, size=w.root.size * times)
         return replace(w, weight=weight * less, root=root)
 

@@ -87,9 +87,9 @@ def _chances(rivals: Rivals, truth: Fit, view: _View, new: Made, noise: Sequence
     e, p = view.out - new.plain.data, view.slopes.shape[1]
     found = []
     for w in noise:
-        r = w.apply(e).ravel()
-        J = w.apply(view.slopes).transpose(0, 2, 1).reshape(-1, p)
         with np.errstate(over="ignore", invalid="ignore"):
+            r = w.apply(e).ravel()
+            J = w.apply(view.slopes).transpose(0, 2, 1).reshape(-1, p)
             A, g, rr = view.before + J.T @ J, J.T @ r, float(r @ r)
         if not (np.all(np.isfinite(A)) and np.all(np.isfinite(g)) and np.isfinite(rr)):
             found.append(1.0)

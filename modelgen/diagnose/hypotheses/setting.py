@@ -38,7 +38,8 @@ class Setting:
 
     others: θ of further optima of the base, which may be nearer to the truth. averaged: whether samples are
     averages of blocks, in which a noise that is stated of each counts as independent. base: the base as it
-    was fitted to these series at first, as if all noise were independent.
+    was fitted to these series at first, as if all noise were independent. before: what a search had found
+    that took these recordings otherwise: with outliers, or with a past of the sample.
     """
 
     model: Model
@@ -48,6 +49,7 @@ class Setting:
     others: tuple[Array, ...] = ()
     averaged: bool = False
     base: Fit | None = None
+    before: Fit | None = None
     beam: int = 3
     refits: int = 12
     pairs: int = 5

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 
@@ -90,6 +90,17 @@ def _likewise(s: Setting, judge: Judge, beam: Sequence[Fit], found: Sequence[Fit
         return judge.fit(h, [h.place(g.hypothesis, g.theta, own_values(f, f.hypothesis.added[-1]))])
 
     return s.each(fitted, make_hypotheses(s.model, s.case, s.series, sets))
+
+
+def found_before(s: Setting, judge: Judge, depth: int) -> list[Fit]:
+    """Sets of so many of the effects that an earlier search had found together: another base, or another
+    colour of the noise, may lead a search past them."""
+    if s.before is None or len(s.before.ids) < depth:
+        return []
+    mine, found = {a.key: a for a in s.additions}, s.before
+    own = [mine[a.key] for a in found.hypothesis.added if a.key in mine]
+    made = make_hypotheses(s.model, s.case, s.series, list(combinations(own, depth)))
+    return s.each(lambda h: judge.fit(h, [h.place(found.hypothesis, found.theta, {})]), made)
 
 
 def own_values(f: Fit, a: Addition) -> dict[str, float]:

@@ -25,7 +25,7 @@ from modelgen.diagnose.search.claim import PLAIN, gains, hidden, own_gain, worse
 from modelgen.diagnose.search.deserved import among_rivals, deserved
 from modelgen.diagnose.search.far import BENT, FAR, beyond_scatter
 from modelgen.diagnose.search.fewer import pruned
-from modelgen.diagnose.search.grow import grow
+from modelgen.diagnose.search.grow import found_before, grow
 from modelgen.diagnose.search.joint import joint, plain
 from modelgen.diagnose.search.screen import Score
 from modelgen.diagnose.search.singles import from_singles, screened
@@ -159,7 +159,7 @@ def _deeper(
     white = replace(judge, whiteners=tuple(replace(w, ar=None) for w in judge.whiteners))
     before, first = ([white.look(f.hypothesis, f.theta) for f in fits] for fits in (before, first))
     beam = _beam(s, white.look(base.hypothesis, base.theta), before)
-    grown = grow(s, base, white, beam, scores, first)
+    grown = better_of(grow(s, base, white, beam, scores, first), found_before(s, white, depth))
     if not grown:
         return judge, base, best, []
     judge, base, best = white, *(white.look(f.hypothesis, f.theta) for f in (base, best))
