@@ -78,6 +78,21 @@ def test_a_small_device_is_found_without_bounds_for_its_damping() -> None:
     assert found.rms_over_noise["fit"] == pytest.approx(1.0, abs=0.1)
 
 
+def test_narrow_resonances_far_from_the_defaults_are_found_without_bounds() -> None:
+    """A bender of a seventieth of the default stiffness: the valley between leads to no capacitance at all."""
+    rng, f = np.random.default_rng(3), np.linspace(1.2e3, 5e3, 450)
+    s, swept = 2j * np.pi * f, []
+    for mass in (0.012, 0.02, 0.03):
+        Z = 1 / (s * 1.2e-8 + 0.35**2 / (3.2 + s * mass + 6.2e6 / s))
+        Z = Z * (1 + 2.5e-3 * (rng.normal(size=450) + 1j * rng.normal(size=450)))
+        swept.append(Recording(f"{mass} kg", None, "fit", {"f": f}, {"Z": Z}, constants={"M_m": mass}))
+    stated = Noise(relative={"Z": 2.5e-3})
+    case = Case(None, "piezoelectric_transducer", tuple(swept), noise=stated)
+    found = fit(mg.models.piezoelectric_transducer, case)
+    assert found.rms_over_noise["fit"] == pytest.approx(1.0, abs=0.05)
+    assert found["C_0"].value == pytest.approx(1.2e-8, rel=1e-3)
+
+
 @pytest.mark.parametrize("name", METHODS)
 def test_every_optimiser_recovers_the_truth(name: str) -> None:
     result = fit(mg.models.electrodynamic_transducer, impedance(sweep()), METHODS[name])

@@ -10,9 +10,8 @@ import numpy as np
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts
-from modelgen.fit import PSO
-from modelgen.fit.problem import Problem
 from modelgen.fit.series import Array
+from modelgen.fit.swarms import swarmed
 
 
 def fit_base(h: Hypothesis, judge: Judge, seed: int) -> tuple[Fit, tuple[Array, ...]]:
@@ -78,34 +77,15 @@ def _apart(fit: Fit, others: Sequence[Fit]) -> bool:
     return all(np.any(np.abs(fit.theta - f.theta) > VALLEY * np.abs(f.theta)) for f in others)
 
 
-SWARMS = (1e5, 1e4, 1e3, 30.0, 1e5, 1e4, 1e3, 30.0)
-"""Swarms search within these factors of the start: in thirteen decades no narrow resonance is found."""
-SAME = 3
-"""An optimum that this many swarms reach, and none beats, is taken for the best there is."""
-
-
 def _swarmed(h: Hypothesis, plain: Judge, fits: Sequence[Fit], centre: Array, seed: int) -> list[Fit]:
-    """Fits from where swarms about `centre` end, for impedances: their narrow resonances are islands to a
-    local search."""
+    """Fits from where swarms about `centre` end."""
+
+    def descend(theta: Array) -> Fit:
+        return plain.fit(h, [theta], iterations=150)
+
     problem = h.experiment.problem(centre, plain.whiteners)
-    found: list[Fit] = []
-    for k, reach in enumerate(SWARMS):
-        end = PSO(particles=100, iterations=300).run(_boxed(problem, reach), seed=seed + k)
-        found.append(plain.fit(h, [np.asarray(end.theta)], iterations=150))
-        least = min(_best(found).chi2, _best(fits).chi2)
-        if sum(f.chi2 <= least * (1 + 1e-4) + 1e-6 for f in found) >= SAME:
-            break
-    return found
+    return swarmed(problem, seed, descend, lambda f: f.chi2, _best(fits).chi2)
 
 
 def _best(fits: Sequence[Fit]) -> Fit:
     return min(fits, key=lambda f: f.chi2 if np.isfinite(f.bic) else np.inf)
-
-
-def _boxed(p: Problem, reach: float) -> Problem:
-    """The problem in a box of `reach` times the start up and down; on both sides of 0 where bounds allow."""
-    size = np.where(p.start != 0, np.abs(p.start), 1.0)
-    signed = p.lower < 0
-    low = np.where(signed, -min(reach, 30.0) * size, size / reach)
-    high = np.where(signed, min(reach, 30.0) * size, size * reach)
-    return replace(p, lower=np.maximum(p.lower, np.minimum(low, p.start)), upper=np.minimum(p.upper, high))

@@ -25,12 +25,14 @@ from modelgen.fit.remarks import Part, arrived, misfit, of_holdout, warnings
 from modelgen.fit.result import Estimate, FitResult, OutputFit, RecordingFit, estimates
 from modelgen.fit.separating import confusions
 from modelgen.fit.series import Array, Series, make_series
+from modelgen.fit.swarms import swarmed
 from modelgen.fit.trace import make_trace
 from modelgen.fit.uncertainty import assess
 from modelgen.language import Model
 from modelgen.recordings import Case, Recording
 
 STARTS = 10  # of each of the two parts of the default search
+ASTRAY = 3.0  # times the noise that a sweep's residual is, from which the optimum may be the wrong one
 REACH = 30.0  # a parameter without a range is searched from its start divided to its start times this
 
 
@@ -71,6 +73,8 @@ def fit(
         method = replace(method, farm=farm)
     if method is None:
         outcome, says = _thorough(problem, case, seed, progress, farm), "Gauss–Newton from several starts"
+        if any(s.measure != "real" for s in series) and outcome.value > ASTRAY**2 * problem.n_data:
+            outcome, says = _by_swarms(problem, seed, outcome), f"{says} and from where swarms end"
     else:
         outcome, says = _searched(method, problem, case, seed, progress), method.text
     if not np.isfinite(outcome.value):
@@ -189,6 +193,15 @@ def _thorough(
     worth = second.value < first.value * (1 - 1e-9) or not np.isfinite(first.value)
     best = second if worth else first
     return replace(best, reason=second.reason) if second.reason is Reason.INTERRUPTED else best
+
+
+def _by_swarms(problem: Problem, seed: int, known: Outcome) -> Outcome:
+    """The best of what is known and of Gauss–Newton from where swarms end, which search further out."""
+    if known.reason is Reason.INTERRUPTED:
+        return known
+    method = GaussNewton(beyond=True)
+    ends = swarmed(problem, seed, lambda end: method.run(problem, end), lambda end: end.value, known.value)
+    return min(known, *ends, key=lambda end: end.value)
 
 
 def _scaled(problem: Problem, start: Vector) -> Problem:
