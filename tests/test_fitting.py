@@ -79,7 +79,7 @@ def test_a_small_device_is_found_without_bounds_for_its_damping() -> None:
 
 
 def test_narrow_resonances_far_from_the_defaults_are_found_without_bounds() -> None:
-    """A bender of a seventieth of the default stiffness: the valley between leads to no capacitance at all."""
+    """A bender of a seventieth of the default stiffness; the valley between leads to no capacitance."""
     rng, f = np.random.default_rng(3), np.linspace(1.2e3, 5e3, 450)
     s, swept = 2j * np.pi * f, []
     for mass in (0.012, 0.02, 0.03):
