@@ -18,8 +18,8 @@ from modelgen.diagnose.gate.mirrored import mirrored, opposed
 from modelgen.diagnose.gate.narrow import glitch
 from modelgen.diagnose.ground import Ground, prepare
 from modelgen.diagnose.hypotheses.addition import additions
-from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, record_scales, values_at
 from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, record_scales, values_at
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.between import smoothly_driven, smoothly_moved
 from modelgen.diagnose.noise.bridged import bridged
