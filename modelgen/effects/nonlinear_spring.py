@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, add, at_most
+from modelgen.effects.effect import ANY, RARER, Effect, Shape, Strength, Values, add, at_most
 from modelgen.language import Abs, Max, Port, exp, sqrt
 
 TEXTBOOK = "A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 1.2 and 4.1"
@@ -117,27 +117,29 @@ CLEARANCE = 0.02
 stroke."""
 
 
-def _pull(side: int) -> Callable[[Port, Values], Any]:
-    """Force that holds the moving side against a magnet's pull, less that at z = 0."""
-    end = "upper" if side > 0 else "lower"
-    return lambda at, p: (
-        -side * p[f"P_{end}"] * (1 / Max(1 - side * at["z"] / p[f"g_{end}"], CLEARANCE) ** 2 - 1)
-    )
+def _pull(side: int, strength: str, gap: str, held: int) -> Callable[[Port, Values], Any]:
+    """Force that holds the moving side against a magnet's pull, less that at z = 0 where something has `held`
+    it there."""
+    return lambda at, p: -side * p[strength] * (1 / Max(1 - side * at["z"] / p[gap], CLEARANCE) ** 2 - held)
 
 
-def _magnet(side: int) -> Effect:
+def _magnet(side: int, held: bool = True) -> Effect:
     end, where = ("upper", "positive") if side > 0 else ("lower", "negative")
+    if not held:
+        end = f"{end}_free"
     return Effect(
         "magnetic_pull",
         ("force",),
-        f"a magnet at {where} z pulls with one over the gap squared",
+        f"a magnet at {where} z pulls with one over the gap squared"
+        + ("" if held else ", and has moved the place of rest"),
         "J. C. Maxwell's stress B²/(2μ_0): e.g. H. H. Woodson, J. R. Melcher, Electromechanical Dynamics "
         "(1968), ch. 3",
         (Strength(f"P_{end}", "{port}", text="pull at z = 0"),),
-        add(_pull(side)),
+        add(_pull(side, f"P_{end}", f"g_{end}", int(held))),
         (Shape(f"g_{end}", "{z}", "max(displacement)", 1.02, 10.0, 8, text="gap at z = 0", within=True),),
         needs=("z",),
-        units=("N", "N*m"),
+        units=("N", "N*m", "m/s**2", "rad/s**2"),  # a force, by mass where an equation of motion is
+        common=1.0 if held else RARER,
     )
 
 
@@ -175,4 +177,5 @@ def _rubber(side: int) -> Effect:
 EFFECTS = (
     cubic_stiffness, quintic_stiffness, asymmetric_stiffness, _one_sided(1), _one_sided(-1), _exponential(1),
     _exponential(-1), _rubber(1), _rubber(-1), bilinear_stiffness, knee, _magnet(1), _magnet(-1),
+    _magnet(1, held=False), _magnet(-1, held=False),
 )  # fmt: skip
