@@ -88,10 +88,17 @@ def test_command_reads_any_notation(tmp_path: Path, capsys: pytest.CaptureFixtur
         ("f,Re H [1],Im H [1]", "no unit"),
         ("t [s],Re H [1],Im H [1]", "no column 'f [Hz]'"),
         ("f [Hz],x [1],y [1]", "no response"),
+        ("f [Hz],Re H,Im H", "no unit"),
+        ("f [Hz],|H| [dB],phase H [deg]", "logarithmic"),
+        ("f [Hz],|H| [1],phase H [deg]", "is negative, but a modulus can't be"),
+        ("f [Hz],f [kHz],|H| [1]", "the same quantity as column 'f [Hz]'"),
     ):
         bad = write(tmp_path / "bad.csv", header, [f, H.real, H.imag])
         assert main(["modal", str(bad)]) == 2
         err = capsys.readouterr().err
         assert says in err and "bad.csv" in err and err.count("\n") == 1
+    dead = write(tmp_path / "dead.csv", "f [Hz],Re H [1],Im H [1]", [f, 0 * f, 0 * f])
+    assert main(["modal", str(dead)]) == 2
+    assert "nothing was measured" in capsys.readouterr().err
     assert main(["modal", str(a), "--from", "5000"]) == 2
     assert "runs from 1500 Hz to 1700 Hz" in capsys.readouterr().err

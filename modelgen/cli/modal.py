@@ -26,7 +26,12 @@ def modal_case(
     spare((path,), json)
     if mass is not None and not (mass > 0 and math.isfinite(mass)):
         raise InputError(f"--mass {mass:g}: a mass above zero is wanted [kg]")
-    found = fit_modes(read_frf(path).between(low, high), modes)
+    if math.isnan(low) or math.isnan(high):
+        raise InputError("--from, --to: frequencies are wanted [Hz], found nan")
+    try:
+        found = fit_modes(read_frf(path).between(low, high), modes)
+    except InputError as why:
+        raise InputError(str(why) if str(path) in str(why) else f"{path}: {why}") from why
     if json is not None:
         _write(found, json, mass)
     _print(found, mass, console())

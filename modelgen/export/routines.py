@@ -12,10 +12,12 @@ from modelgen.codegen.parts import part_loop
 from modelgen.codegen.program import Part, Program, Sample, build_program, sensitivity
 from modelgen.codegen.real import Work, work
 from modelgen.codegen.split import Pair
+from modelgen.errors import InputError
 from modelgen.export.rewrite import STEP, at_start, at_step, inputs_of, only, rewrite, rewrite_root
 from modelgen.export.stores import bare, broken, guarded
 from modelgen.export.unit import Routine, Slot, Unit, member
 from modelgen.language import Model
+from modelgen.language.model import check_name
 
 
 def make_unit(
@@ -26,7 +28,7 @@ def make_unit(
 ) -> Unit:
     """Lower `model` for a controller; parameters in `fixed` become numbers in the code.
 
-    Raises InputError when a name in `fixed` is no parameter or no free one is left for the Jacobian.
+    Raises InputError when a name in `fixed` is no parameter, or no file can have the name of `prefix`.
     """
     fixed = dict(fixed or {})
     for name in fixed:
@@ -40,8 +42,23 @@ def make_unit(
     program = replace(program, roots=tuple(r for r, _ in roots))
     step = rewrite(only(program, program.step, outputs), at_step(model, fixed, kept))
     first = rewrite(only(program, program.first or program.step, outputs), at_start(model, fixed, kept))
-    maker = _Maker(model, program, step, first, prefix or c_name(model.id), fixed)
-    return maker.unit()
+    return _Maker(model, program, step, first, _prefix(model, prefix), fixed).unit()
+
+
+HEADERS = (
+    *("assert", "complex", "ctype", "errno", "fenv", "float", "inttypes", "iso646", "limits", "locale"),
+    *("math", "setjmp", "signal", "stdarg", "stdbool", "stddef", "stdint", "stdio", "stdlib", "string"),
+    *("tgmath", "time", "wchar", "wctype"),
+)
+"""Of C99: a file of that name beside the C hides them."""
+
+
+def _prefix(model: Model, name: str) -> str:
+    """What files and functions begin with."""
+    found = check_name(name, "--name") if name else c_name(model.id)
+    if found.lower() in HEADERS:
+        raise InputError(f"'{found}.h' is a header of C: another --name is wanted, such as '{found}_model'")
+    return found
 
 
 class _Maker:

@@ -32,6 +32,13 @@ def affine(found: str, wanted: str) -> tuple[float, float]:
     return factor(found, wanted) * _turns(found, from_unit, wanted, to_unit), 0.0
 
 
+def linear(unit: str) -> str:
+    """The unit as it is. Raises InputError for one that is unknown or logarithmic."""
+    base = registry().Quantity(1.0, parse(unit)).to_base_units().units
+    affine(unit, "1" if base.dimensionless else str(base))
+    return unit
+
+
 def is_frequency(unit: str) -> bool:
     """Whether a unit counts events per time."""
     return bool(parse(unit).dimensionality == registry().Unit("Hz").dimensionality)
