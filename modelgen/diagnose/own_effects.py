@@ -47,8 +47,8 @@ def _check_laws(effects: Sequence[Effect], model: Model) -> None:
                     f"effect '{e.id}': neither port '{port.name}' of {model.id} nor the effect has a '{name}'"
                     f"{did_you_mean(name, have)}"
                 ) from None
-            except InputError:
-                continue  # its law has no place in this model
+            except InputError as why:
+                raise InputError(f"effect '{e.id}' at port '{port.name}': {why}") from None
             except Exception as error:
                 what = f"{type(error).__name__}: {error}"
                 raise InputError(f"effect '{e.id}' at port '{port.name}' of {model.id}: {what}") from None
