@@ -16,7 +16,7 @@ from modelgen.export import export
 from modelgen.export.c99 import Settings
 from modelgen.export.fmu import stand_alone
 from modelgen.export.inverse import inverse
-from modelgen.language import Equation, Input, Model, amplitude_of
+from modelgen.language import Equation, Input, Model, Parameter, State, Symbol, amplitude_of, rate_of
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed")
 SHIPPED = [getattr(models, n) for n in ("modified_dahl", "electrodynamic_transducer", "contact_damping")]
@@ -102,6 +102,26 @@ def test_a_time_model_steps_as_its_batch_does(version: int, tmp_path: Path) -> N
             found.append(unit.get("F"))
         assert np.array(found) == pytest.approx(wanted, rel=1e-12)
         unit.unit.reset()
+
+
+def test_a_driven_state_sees_the_speed_of_its_input(tmp_path: Path) -> None:
+    t, q, k = Input("t", "s"), Input("q", "m"), Parameter("k", "1/s", 3.0)
+    w = rate_of(q, "w", "m/s")
+    x = State("x", 0.0, rate=w - k * Symbol("x", real=True), unit="m", substeps=4)
+    model = Model("washout", (t, q, w), (k,), (x, Equation("y", x, "m")), ("y",))
+    unit = Stepper(export(model, "fmu", tmp_path)[0], 2)
+    at, h = np.arange(81) / 40, 1 / 40
+    drive, wanted = np.sin(2 * np.pi * at), [0.0]
+    for rise in np.diff(drive):  # x' = w − k x, w = rise/h
+        wanted.append(wanted[-1] * np.exp(-3 * h) + rise / h * (1 - np.exp(-3 * h)) / 3)
+    unit.set(q=drive[0])
+    unit.start()
+    found = [unit.get("y")]
+    for n in range(1, len(at)):
+        unit.set(q=drive[n])
+        unit.step(at[n - 1], h)
+        found.append(unit.get("y"))
+    assert np.array(found) == pytest.approx(np.array(wanted), abs=0.01)
 
 
 def test_a_step_can_be_taken_back_and_a_bad_one_is_none(tmp_path: Path) -> None:

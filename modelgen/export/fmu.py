@@ -29,7 +29,7 @@ from modelgen.export.unit import Unit
 from modelgen.export.values import default_of, default_range, parse_fixed
 from modelgen.files import write_atomically
 from modelgen.language import Equation, Input, Model, State
-from modelgen.language.derived import per
+from modelgen.language.derived import per, values_before
 from modelgen.language.quantities import BACKWARD
 
 VERSIONS = (2, 3)
@@ -63,10 +63,12 @@ def stand_alone(model: Model) -> Model:
         raise InputError(
             f"model '{model.id}' needs '{other[0].name}' ({other[0].text}), which no single step can tell"
         )
-    inputs = {i.name: i for i in model.inputs if i not in moving}
+    formed = {i.name for i in moving}
+    before = values_before(model)
+    inputs = {i.name: i for i in model.inputs if i not in moving and before.get(i.name) not in formed}
     t = model.inputs[0]
     dt = Equation(STEP, t.symbol - _previous(inputs, t).symbol, t.unit, text="time since the step before")
-    equations, states = [dt], []
+    equations, states = [dt], dict[str, State]()
     for i in sorted(moving, key=lambda i: i.derived != ("rate", (i.derived or "  ")[1])):
         kind, of = i.derived or ("", "")
         x = inputs[of]
@@ -76,21 +78,26 @@ def stand_alone(model: Model) -> Model:
             v = next((m for m in moving if m.derived == ("rate", of)), None)
             if v is None:
                 raise InputError(f"model '{model.id}' needs '{i.name}' but not the rate of '{of}'")
-            last = sp.Symbol(f"{v.name}_last", real=True)
-            states.append(
-                State(last.name, 0, update=v.symbol, unit=v.unit, text=f"{v.name} of the step before")
-            )
-            change, scale = v.symbol - last, per(v.unit, t.unit, 1, i.unit)
+            change, scale = v.symbol - _last(states, v), per(v.unit, t.unit, 1, i.unit)
         rise = change / dt.symbol if scale == 1 else scale * change / dt.symbol
-        expr = sp.Piecewise((rise, dt.symbol > 0), (0, True))
+        # a state is integrated from where a step begins, and there is no way yet
+        begin = _last(states, i) if i.name in before.values() else 0
+        expr = sp.Piecewise((rise, dt.symbol > 0), (begin, True))
         equations.append(Equation(i.name, expr, i.unit, text=i.text))
     return replace(
         model,
         inputs=tuple(inputs.values()),
-        statements=(*equations, *model.statements, *states),
+        statements=(*equations, *model.statements, *states.values()),
         ports=(),
         checked=True,
     )
+
+
+def _last(states: dict[str, State], i: Input) -> sp.Symbol:
+    """The value of `i` at the step before, kept by a state that is added where there is none."""
+    name = f"{i.name}_last"
+    states[name] = State(name, 0, update=i.symbol, unit=i.unit, text=f"{i.name} of the step before")
+    return sp.Symbol(name, real=True)
 
 
 def _free(statement: Any) -> set[Any]:

@@ -16,7 +16,7 @@ from modelgen.fit.banded import beside, smears
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.series import Array, Series, input_noise
 from modelgen.fit.whitener import Smear
-from modelgen.language.derived import derived_scale
+from modelgen.language.derived import derived_scale, values_before
 from modelgen.recordings import Case, Recording
 from modelgen.recordings.kinematics import Kinematics
 from modelgen.recordings.turns import SURE
@@ -80,6 +80,7 @@ def motion_error(
         on = np.ones(s.n) if "turning" not in motion else s.inputs[motion["turning"]] == turned_from
         ways = {"turning": before * on, "previous": before}
         path = {motion[m]: d for m, d in ways.items() if m in motion and moved in names}
+        path |= {n: before for n, of in values_before(model).items() if of in names and of != moved}
         shifted = {name: s.inputs[name] + d for name, d in ({n: std for n in names} | path).items()}
         return _output(ex, theta, k, replace(s, inputs={**s.inputs, **shifted}))[0] - base
 

@@ -18,6 +18,7 @@ from modelgen.fit.series import Array, Series
 from modelgen.fit.together import Together
 from modelgen.fit.whitener import Whitener
 from modelgen.language import Model
+from modelgen.language.derived import values_before
 from modelgen.recordings import Case, Recording
 
 
@@ -83,10 +84,11 @@ def _moved(
         turned[s.inputs[motion["turning"]] != np.concatenate([x[:1], x[:-1]])] = 0.0
         turned[turns.at] += turns.std * tips[turns.at]
     change = {"rate": v, "acceleration": a, "previous": before, "turning": turned}
-    return {
-        n: x + (z if n == moved else change[d[0]] if d and d[1] == moved and d[0] in change else 0.0)
-        for n, x, d in ((i.name, s.inputs[i.name], i.derived) for i in model.inputs)
-    }
+    moves = {moved: z} | {motion[k]: x for k, x in change.items() if k in motion}
+    for n, of in values_before(model).items():
+        if of in moves and n not in moves:
+            moves[n] = np.concatenate([moves[of][:1], moves[of][:-1]])
+    return {i.name: s.inputs[i.name] + moves.get(i.name, 0.0) for i in model.inputs}
 
 
 def _spread(rows: Array, x: Array) -> Array:

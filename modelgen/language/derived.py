@@ -39,6 +39,11 @@ def per(unit: str, time: str, times: int, wanted: str) -> float:
         raise InputError(text) from why
 
 
+def values_before(model: Model) -> dict[str, str]:
+    """Inputs that hold the value at the sample before, and of which."""
+    return {i.name: i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "previous"}
+
+
 def check_derived(model: Model) -> None:
     """Raise InputError for a derived input of an unknown kind, of no input, or in a wrong unit."""
     names = [i.name for i in model.inputs]

@@ -118,15 +118,16 @@ class Model:
         check_model(self)
 
     def _integrated_along(self) -> list[Input]:
-        """Recorded inputs that a state's rate depends on, and time: over a step they run linearly from their
-        previous values, which the model therefore needs, to the present ones."""
+        """Inputs that a state's rate depends on, recorded ones and their rates, and time: over a step they
+        run linearly from their previous values, which the model therefore needs, to the present ones."""
         rates = [s.rate for s in self.states if s.rate is not None]
         wanted = {self.axis} | {x.name for rate in rates for x in rate.free_symbols}
         for s in reversed(self.statements):
             if isinstance(s, Equation) and s.name in wanted:
                 wanted |= {x.name for x in s.expr.free_symbols}
         have = {i.derived[1] for i in self.inputs if i.derived and i.derived[0] == "previous"}
-        return [i for i in self.inputs if i.name in wanted - have and i.derived is None]
+        run = (None, "rate", "acceleration")
+        return [i for i in self.inputs if i.name in wanted - have and (i.derived and i.derived[0]) in run]
 
     @cached_property
     def scalar_parameters(self) -> tuple[Parameter, ...]:

@@ -23,6 +23,7 @@ from modelgen.diagnose.noise.replica import on
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.series import Array, input_noise
 from modelgen.language import Model
+from modelgen.language.derived import values_before
 from modelgen.recordings import Case, Recording
 
 EVEN = 1e-2
@@ -76,7 +77,8 @@ def less(model: Model, r: Recording, part: Array) -> Recording:
 
 def _following(model: Model) -> set[str]:
     """Recorded motions of which the value before is taken."""
-    return {i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "previous"} - {model.axis}
+    recorded = {i.name for i in model.inputs if i.derived is None} - {model.axis}
+    return set(values_before(model).values()) & recorded
 
 
 def _rounder(case: Case, e: Experiment, theta: Array, r: Recording) -> Array:
@@ -110,9 +112,8 @@ def _outputs(e: Experiment, theta: Array, r: Recording, inputs: Mapping[str, Arr
 
 def _driving(model: Model) -> set[str]:
     """Recorded inputs that drive states: those, but time and motions, of which the value before is taken."""
-    derived = [i.derived for i in model.inputs if i.derived]
-    others = {of for how, of in derived if how != "previous"} | {model.axis}
-    return {of for how, of in derived if how == "previous"} - others if model.is_time_model else set()
+    others = {i.derived[1] for i in model.inputs if i.derived and i.derived[0] != "previous"}
+    return _following(model) - others if model.is_time_model else set()
 
 
 def _lifted(model: Model, r: Recording, names: set[str]) -> Recording:
