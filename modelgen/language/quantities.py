@@ -226,8 +226,8 @@ class State(Symbolic):
     At the first sample it has the value `initial`. At each later sample it is either replaced by `update`, in
     which its own symbol means the value before (statements run in the order in which they are written), or
     integrated from `rate` = dx/dt over the step in `substeps` steps, inputs and their rates running linearly
-    between samples (the model gets their previous values as inputs, too): by the classical Runge–Kutta scheme of order 4, or,
-    all of a model's together where one is `stiff`, by RODAS3, L-stable and of order 3.
+    between samples (the model gets their previous values as inputs, too): by the classical Runge–Kutta scheme
+    of order 4, or, all of a model's together where one is `stiff`, by RODAS3, L-stable and of order 3.
     """
 
     name: str
