@@ -47,7 +47,8 @@ def parse(unit: str) -> pint.Unit:
     text = re.sub(f"[{RAISED}]+", lambda p: "**" + p[0].translate(LOWERED), unit.strip())
     for a, b in (("·", "*"), ("Ω", "ohm"), ("µ", "u"), ("°", "deg")):
         text = text.replace(a, b)
-    small = re.sub(r"\b[A-Z][a-z]{2,}\b", lambda p: p[0].lower(), text)  # "Ohms", "Deg", but not "MOhm"
+    # "Ohms", "Deg", "kOhm", but not "MOhm"
+    small = re.sub(r"\b[kmun]?[A-Z][a-z]{2,}\b", lambda p: p[0].lower(), text)
     units = registry()
     for spelling in ("dimensionless" if text in PURE else text, small):
         try:

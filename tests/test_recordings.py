@@ -79,6 +79,7 @@ def test_an_impedance_as_loudspeaker_programs_exchange_it(tmp_path: Path) -> Non
 
 def test_capital_letters_make_no_other_unit() -> None:
     assert affine("Ohms", "ohm") == (1.0, 0.0) and affine("Mohm", "ohm") == (1e6, 0.0)
+    assert affine("kOhm", "ohm") == (1e3, 0.0) and affine("mOhm", "ohm") == (1e-3, 0.0)
     with pytest.raises(InputError, match="MOhm"):  # milli or mega: not guessed
         affine("MOhm", "ohm")
 
@@ -234,6 +235,7 @@ def test_wrong_tables(tmp_path: Path, table: str | bytes, says: list[str]) -> No
         ("f [Hz],|Z| [ohm]\n1,2\n2,3\n1,4\n", ["lines 2 and 4", "twice"]),
         ("f [Hz],Re Z [ohm]\n1,2\n", ["'Re Z [ohm]'", "'Im Z' is missing"]),
         ("f [Hz],phase [1]\n1,2\n", ["'phase [1]'", "'deg'"]),
+        ("f [Hz],Zmag [kOhm],phase [deg]\n1,2,90\n", ["'Zmag [kOhm]'", "'|Z| [ohm]'"]),
     ],
 )
 def test_wrong_spectra(tmp_path: Path, table: str, says: list[str]) -> None:

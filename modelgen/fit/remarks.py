@@ -82,7 +82,7 @@ def _of_noise(parts: Sequence[Part], over: float) -> list[str]:
 def misfit(parts: Sequence[Part], over: float, stated: bool) -> list[str]:
     """How large the residual is, where that is too large and neither units nor outliers tell why."""
     fitted = [white for s, _, white in parts if s.role == "fit"]
-    if not over > MISFIT or other_unit(parts) or outliers(fitted):
+    if not over > MISFIT or other_unit(parts) or (outliers(fitted) and not _beside_outliers(fitted) > MISFIT):
         return []
     if stated and over <= LITTLE and (instead := _rather_noise(fitted, over)):
         return [instead]
@@ -131,9 +131,7 @@ def outliers(whites: Sequence[Array]) -> str:
 
     Where the residual is large along a stretch, as beside a resonance, it is the model that misses it.
     """
-    power = [np.sum(white**2, axis=0) for white in whites]
-    level = float(np.median(np.concatenate(power)))
-    gross = [p > GROSS**2 * level / CHI2_MEDIAN for p in power]
+    power, gross = [np.sum(white**2, axis=0) for white in whites], _gross(whites)
     count, of = sum(int(np.sum(g)) for g in gross), sum(g.size for g in gross)
     beside = sum(int(np.sum(g[1:] & g[:-1])) for g in gross)
     if not 0 < count <= RARE * of or 2 * beside > count:
@@ -143,6 +141,19 @@ def outliers(whites: Sequence[Array]) -> str:
         return ""
     samples = f"{count} of {of} samples carr{'ies' if count == 1 else 'y'}"
     return f"{samples} {share:.0%} of the residual's square sum: outliers? `modelgen diagnose` marks them"
+
+
+def _beside_outliers(whites: Sequence[Array]) -> float:
+    """rms of residuals (channels, n) without samples that may be outliers."""
+    kept = [w[:, ~g] for w, g in zip(whites, _gross(whites), strict=True)]
+    return float(np.sqrt(np.mean(np.concatenate([w.ravel() for w in kept]) ** 2)))
+
+
+def _gross(whites: Sequence[Array]) -> list[Array]:
+    """(n,) bool of each recording: samples that stand far out of its residuals (channels, n)."""
+    power = [np.sum(white**2, axis=0) for white in whites]
+    level = float(np.median(np.concatenate(power)))
+    return [p > GROSS**2 * level / CHI2_MEDIAN for p in power]
 
 
 CHI2_MEDIAN = 0.455

@@ -7,7 +7,6 @@ As the paper's tables have it, k_s = F_max/A_z by the greatest force of the loop
 arcsine of F(z = 0)/F_max; a lock-in amplifier, which shows the first harmonic, tells less and another angle.
 """
 
-from math import inf
 from typing import Any
 
 from sympy import Symbol
@@ -33,15 +32,10 @@ from modelgen.language import (
     sin,
     tanh,
 )
-
-TABLE_4 = "MRE paper, Table 4, stage 4, case M0"
+from modelgen.models.sample import c_D, h_D, k_D, rho
 
 f = Input("f", "Hz", "frequency", range=(0.1, 10.0))
 
-k_D = Parameter("k_D", "N/mm", 0.3834, (0.0, inf), "stiffness, searched from 0 to 1.2", TABLE_4)
-c_D = Parameter("c_D", "N*s/mm", 0.0912, (0.0, inf), "damping, searched from 0 to 1.8", TABLE_4)
-h_D = Parameter("h_D", "N", 0.0353, (0.0, inf), "Coulomb friction, searched from 0 to 0.7", TABLE_4)
-rho = Parameter("rho", "1/mm", 1.46, (1e-9, 1e9), "σ/h_D, searched from 1 to 2", TABLE_4)
 A_z = Parameter("A_z", "mm", 0.4, (1e-6, 1e6), "displacement amplitude", "MRE paper, Table 3", known=True)
 
 omega = Equation("omega", 2 * pi * f, "rad/s", text="angular frequency")

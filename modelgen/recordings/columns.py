@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -143,6 +143,20 @@ def _check_complete(
         if twin and (part.channel, twin) not in have:
             hint = did_you_mean(f"{twin.title()} {part.channel}", spare)
             raise fail(f"{table.at(column)}: '{twin.title()} {part.channel}' is missing beside it{hint}")
+    for channel in signature.outputs:
+        if {what for name, what in have if name == channel.name} == {"phase"}:
+            _check_no_modulus(table, channel, others)
+
+
+def _check_no_modulus(table: Table, channel: Channel, others: Sequence[Column]) -> None:
+    """No column that is left looks like the modulus of what is measured by its phase alone."""
+    for column in others:
+        try:
+            affine(column.unit or "", channel.unit)
+        except InputError:
+            continue
+        wanted = f"'|{channel.name}| [{channel.unit}]'"
+        raise fail(f"{table.at(column)}: is it the modulus beside the phase? Wanted {wanted}")
 
 
 def _listing(table: Table) -> str:
