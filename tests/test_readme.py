@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from modelgen.cli import main
 from modelgen.codegen import build
@@ -47,6 +48,19 @@ def test_the_mount_that_needs_no_speed(folder: Path) -> None:
     t = np.linspace(0, 2, 401)
     F = build(load("mount.py:mount", folder))(t=t, z=np.sin(3 * t), k=7.0, c=0.2, F_0=1.0)
     assert np.allclose(F, 7 * np.sin(3 * t) + 0.2 * 3 * np.cos(3 * t) + 1, atol=1e-3)
+
+
+def test_the_pendulum_with_two_states(folder: Path) -> None:
+    def rates(s: float, y: Any) -> list[float]:
+        phi, w = 0.2 * np.sin(5 * s), np.cos(5 * s)
+        return [y[1], -(0.4 * (y[0] - phi) + 0.006 * (y[1] - w) + 0.6 * np.sin(y[0])) / 0.02]
+
+    t = np.linspace(0, 4, 801)
+    wanted = solve_ivp(rates, (0, 4), [0.3, -1.0], t_eval=t, rtol=1e-9, atol=1e-9).y[0]
+    theta = build(load("pendulum.py:pendulum", folder))(
+        t=t, phi=0.2 * np.sin(5 * t), theta_0=0.3, omega_0=-1.0
+    )
+    assert np.allclose(theta, wanted, atol=1e-3)
 
 
 def test_the_effect_of_ten_lines(folder: Path) -> None:
