@@ -47,7 +47,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _say("interrupted", INTERRUPTED)
         if not hasattr(why, "format_message"):
             raise
-        return _say(f"{why.format_message()} ('modelgen --help' shows what there is)", 2)
+        command = getattr(getattr(why, "ctx", None), "command_path", "modelgen")
+        return _say(f"{why.format_message()} ('{command} --help' shows what there is)", 2)
     except KeyboardInterrupt:
         return _say("interrupted", INTERRUPTED)
 

@@ -190,7 +190,8 @@ def _noise(place: str, table: Mapping[str, float | tuple[float, float]], signatu
     for key, value in table.items():
         where = f"{place} {key}"
         if key not in places:
-            raise fail(f"{where}: {signature.model} has no such channel{did_you_mean(key, places)}")
+            plain = key.removeprefix("abs_").removeprefix("phase_").strip("|")  # as a column may be called
+            raise fail(f"{where}: {signature.model} has no such channel{did_you_mean(plain, places)}")
         kind, channel = places[key]
         if isinstance(value, tuple) != (kind == "calibration"):
             wanted = "[rms, length in ln f]" if kind == "calibration" else "one number"
