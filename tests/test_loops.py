@@ -71,6 +71,8 @@ def test_an_offset_is_found_and_a_stiffness_is_not_one() -> None:
     assert abs(stiffer.value) < 1e-3 and stiffer.uneven > 0.05
     with pytest.raises(InputError, match="two recordings of one motion"):
         shift(before, measure_loops(t, 2 * z, F))
+    with pytest.raises(InputError, match="frequencies are"):
+        shift(before, measure_loops(t / 10, z, F))
 
 
 def test_strain_and_stress() -> None:

@@ -254,14 +254,17 @@ class Shift:
 def shift(before: Loops, after: Loops) -> Shift:
     """The offset between two recordings of one motion, as residual magnetism makes it (MRE paper, sec. 3.4).
 
-    Raises InputError when the amplitudes differ by more than 2 %: a stiffness would then pass for an offset.
+    Raises InputError when amplitudes or rates differ by more than 2 %: a stiffness, or a dashpot, would then
+    pass for an offset.
     """
     a, b = before.mean(), after.mean()
-    if abs(b["A_z"][0] / a["A_z"][0] - 1) > 0.02:
-        raise InputError(
-            f"the displacement amplitudes are {a['A_z'][0]:.4g} mm and {b['A_z'][0]:.4g} mm, "
-            "two recordings of one motion are wanted"
-        )
+    for name, what in (("A_z", "displacement amplitudes"), ("f", "frequencies")):
+        first, second = a[name][0], b[name][0]
+        if abs(second / first - 1) > 0.02:
+            raise InputError(
+                f"the {what} are {first:.4g} {UNIT[name]} and {second:.4g} {UNIT[name]}, two recordings of one "
+                "motion are wanted"
+            )
     apart = after.F.mean(axis=0) - before.F.mean(axis=0)
     value = b["F_0"][0] - a["F_0"][0]
     return Shift(value, float(np.hypot(a["F_0"][1], b["F_0"][1])), float(np.std(apart)) / a["A_F"][0])
