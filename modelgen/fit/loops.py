@@ -262,8 +262,8 @@ def shift(before: Loops, after: Loops) -> Shift:
         first, second = a[name][0], b[name][0]
         if abs(second / first - 1) > 0.02:
             raise InputError(
-                f"the {what} are {first:.4g} {UNIT[name]} and {second:.4g} {UNIT[name]}, two recordings of one "
-                "motion are wanted"
+                f"the {what} are {first:.4g} {UNIT[name]} and {second:.4g} {UNIT[name]}, two recordings of "
+                "one motion are wanted"
             )
     apart = after.F.mean(axis=0) - before.F.mean(axis=0)
     value = b["F_0"][0] - a["F_0"][0]
