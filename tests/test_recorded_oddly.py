@@ -291,3 +291,13 @@ def test_a_channel_s_end_is_as_sharp_as_asked_for(side: int, n: float) -> None:
     u = np.maximum(side * z / 2, 1e-9)
     exact = np.minimum(side * z, 2.0) * side if n > 1e3 else z * (1 + u**n) ** (-1 / n)
     assert np.allclose(shown, exact, atol=1e-3)
+
+
+def test_a_steep_residual_holds_no_more_outliers_than_a_flat_one() -> None:
+    """On a slope most samples are the median of their neighbours: what they scatter by is more than that."""
+    rng, t = np.random.default_rng(2), np.arange(2000) / 200
+    noise = rng.standard_normal(2000)
+    noise[100::200] += 12.0
+    for size in (0.0, 25.0, 50.0):
+        marked = outliers((size * np.sin(9.4 * t) + noise)[None])
+        assert marked[100::200].all() and marked.sum() == 10

@@ -37,12 +37,12 @@ def outliers(white: Array, signal: Array | None = None, least: float = 0.0) -> A
     peaks = np.zeros(n) if signal is None else MISSED * standing_alone(signal)
     for x in white:
         alone = off_neighbours(x)
-        level = 1.4826 * np.median(np.abs(alone))
+        # on a slope most samples are the median of their own neighbours, and what scatters there is told by
+        # the lines through them
+        (level, local), (other, beside) = _levels(alone), _levels(EVEN * off_lines(x))
+        level, local = max(level, other), np.maximum(local, beside)
         # where the signal itself is rough (reversals), neighbours are far off as well: compare with the local
         # level
-        local = 1.4826 * np.median(
-            np.abs(np.lib.stride_tricks.sliding_window_view(np.pad(alone, 10, mode="reflect"), 21)), axis=1
-        )
         scale = np.where(local > 2 * level, 1.5 * local, level)
         scale = np.maximum(scale, max(least, 1e-12 * (np.abs(alone).max() or 1.0)))
         far += (alone / scale) ** 2
@@ -54,6 +54,8 @@ def outliers(white: Array, signal: Array | None = None, least: float = 0.0) -> A
     return marked if marked.sum() < most else np.zeros(n, dtype=bool)
 
 
+EVEN = 0.74
+"""What a sample of independent noise is off its neighbours' median, over what it is off their lines."""
 LAGS = 6
 ORDINARY = 0.01
 """Probability below which innovations are not independent."""
@@ -148,6 +150,19 @@ def off_neighbours(x: Array) -> Array:
     """How far each of (n,) samples is from the median of seven about it."""
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(x, 3, mode="reflect"), 7)
     return np.asarray(x - np.median(windows, axis=1))
+
+
+def off_lines(x: Array) -> Array:
+    """How far each of (n,) samples is from the median of three lines, each through the two samples that are
+    as far away on either side."""
+    p, n = np.pad(x, 3, mode="reflect"), len(x)
+    return np.asarray(x - np.median([(p[k : k + n] + p[6 - k : 6 - k + n]) / 2 for k in range(3)], axis=0))
+
+
+def _levels(alone: Array) -> tuple[float, Array]:
+    """Robust standard deviation of (n,) numbers, of all and (n,) of the 21 about each."""
+    near = np.lib.stride_tricks.sliding_window_view(np.pad(np.abs(alone), 10, mode="reflect"), 21)
+    return 1.4826 * float(np.median(np.abs(alone))), 1.4826 * np.median(near, axis=1)
 
 
 def standing_alone(signal: Array) -> Array:
