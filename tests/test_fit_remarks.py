@@ -61,6 +61,15 @@ def test_a_few_gross_samples_are_told_as_such() -> None:
     assert not any("leaves something out" in n for n in result.notes)
 
 
+def test_what_is_missed_beside_a_few_gross_samples_is_told_too() -> None:
+    e = white()
+    e += 3 * e.std() * np.sin(np.arange(2000) / 7)
+    e[::250] += 0.9
+    result = fitted(record(noise=e), sigma=float(white().std()))
+    assert [n for n in result.warnings if n.startswith("8 of 2000 samples")]
+    assert any("leaves something out" in n for n in result.notes)
+
+
 def test_a_stretch_that_the_model_misses_is_no_outliers() -> None:
     e = white()
     e[500:540] += 0.1

@@ -28,10 +28,11 @@ def modal_case(
         raise InputError(f"--mass {mass:g}: a mass above zero is wanted [kg]")
     if math.isnan(low) or math.isnan(high):
         raise InputError("--from, --to: frequencies are wanted [Hz], found nan")
+    recorded = read_frf(path)
     try:
-        found = fit_modes(read_frf(path).between(low, high), modes)
+        found = fit_modes(recorded.between(low, high), modes)
     except InputError as why:
-        raise InputError(str(why) if str(path) in str(why) else f"{path}: {why}") from why
+        raise InputError(f"{path}: {why}") from why
     if json is not None:
         _write(found, json, mass)
     _print(found, mass, console())

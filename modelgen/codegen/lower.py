@@ -20,6 +20,7 @@ from modelgen.codegen.simplify import staged
 from modelgen.codegen.tosx import NONHOLOMORPHIC, Call, Translator
 from modelgen.errors import InputError
 from modelgen.language import Equation, Implicit, Model, State, Statement
+from modelgen.language.derived import values_before
 from modelgen.language.quantities import ComplexParameter
 
 UNROLLED = 4
@@ -151,7 +152,7 @@ class Lowering:
     def _integrated(self, rated: list[State]) -> dict[str, Any]:
         """States over one step; inputs run linearly from their previous values to the present ones."""
         time = self.model.inputs[0].name
-        before = {i.derived[1]: i.name for i in self.model.inputs if i.derived and i.derived[0] == "previous"}
+        before = {of: n for n, of in values_before(self.model).items()}
         if time not in before:
             raise InputError(f"model '{self.model.id}': a state with a rate needs the input previous({time})")
         base, names = self.translator.env, [s.name for s in rated]

@@ -16,6 +16,7 @@ from mpmath.libmp import NoConvergence
 from modelgen.codegen.integrate import Slopes, rosenbrock, runge_kutta
 from modelgen.errors import InputError
 from modelgen.language import Equation, Implicit, Model, State
+from modelgen.language.derived import values_before
 from modelgen.language.quantities import BACKWARD
 
 DIGITS = 40
@@ -127,7 +128,7 @@ def _integrate(model: Model, env: Mapping[str, Any]) -> dict[str, Any]:
     rated = [s for s in model.states if s.rate is not None]
     if not rated:
         return {}
-    before = {i.derived[1]: i.name for i in model.inputs if i.derived and i.derived[0] == "previous"}
+    before = {of: n for n, of in values_before(model).items()}
     names, steps = [s.name for s in rated], max(s.substeps for s in rated)
 
     def rates(s: Any, x: list[Any]) -> list[Any]:

@@ -10,6 +10,7 @@ from modelgen.codegen.lower import PART
 from modelgen.codegen.program import Part, Program, Root, Sample
 from modelgen.codegen.real import Graph, Node
 from modelgen.language import Model
+from modelgen.language.derived import values_before
 from modelgen.language.quantities import BACKWARD
 
 STEP = "dt"
@@ -30,7 +31,7 @@ class Places:
 
 def at_step(model: Model, fixed: Mapping[str, float], kept: Mapping[str, tuple[int, ...]]) -> Places:
     """At a later sample the turning point is the value before: who knows one steps to it, then from it."""
-    before = {i.derived[1]: i.name for i in model.inputs if i.derived and i.derived[0] == "previous"}
+    before = {of: n for n, of in values_before(model).items()}
     turns = {
         i.name: before[i.derived[1]]
         for i in model.inputs

@@ -17,6 +17,7 @@ from modelgen.export.rewrite import STEP, at_start, at_step, inputs_of, only, re
 from modelgen.export.stores import bare, broken, guarded
 from modelgen.export.unit import Routine, Slot, Unit, member
 from modelgen.language import Model
+from modelgen.language.derived import values_before
 from modelgen.language.model import check_name
 
 
@@ -76,11 +77,7 @@ class _Maker:
         self.model, self.program, self.step, self.first = model, program, step, first
         self.prefix, self.fixed = prefix, fixed
         needed = inputs_of(step)
-        self.previous = {
-            i.name: i.derived[1]
-            for i in model.inputs
-            if i.derived and i.derived[0] == "previous" and i.name in needed
-        }
+        self.previous = {n: of for n, of in values_before(model).items() if n in needed}
         self.steps = bool(model.states or self.previous)
         if self.steps:
             needed |= inputs_of(first)

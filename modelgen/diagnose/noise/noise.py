@@ -39,7 +39,7 @@ def outliers(white: Array, signal: Array | None = None, least: float = 0.0) -> A
         alone = off_neighbours(x)
         # on a slope most samples are the median of their own neighbours, and what scatters there is told by
         # the lines through them
-        (level, local), (other, beside) = _levels(alone), _levels(EVEN * off_lines(x))
+        (level, local), (other, beside) = _levels(alone), _levels(BY_MEDIAN * off_lines(x))
         level, local = max(level, other), np.maximum(local, beside)
         # where the signal itself is rough (reversals), neighbours are far off as well: compare with the local
         # level
@@ -54,7 +54,7 @@ def outliers(white: Array, signal: Array | None = None, least: float = 0.0) -> A
     return marked if marked.sum() < most else np.zeros(n, dtype=bool)
 
 
-EVEN = 0.74
+BY_MEDIAN = 0.74
 """What a sample of independent noise is off its neighbours' median, over what it is off their lines."""
 LAGS = 6
 ORDINARY = 0.01
