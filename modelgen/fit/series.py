@@ -229,6 +229,11 @@ def _between_neighbours(y: Array, noise: Spread) -> Array:
     return np.where((np.abs(smooth - y) < ALIKE * sigma) & (smooth != 0), smooth, y)
 
 
+SMALL = 0.03
+"""Of a record's rms: below that a relative noise grows no smaller, as no instrument is exact where it reads
+zero."""
+
+
 def _weight(case: Case, recording: Recording, found: list[str]) -> tuple[Array, bool]:
     """1/σ of each sample of real outputs, and whether σ is stated: if not, it is the scatter between
     neighbours, but no less than the rounding: what happens to stay on one tread does not scatter."""
@@ -240,8 +245,11 @@ def _weight(case: Case, recording: Recording, found: list[str]) -> tuple[Array, 
         x = recording.outputs[o]
         a, r = noise.sigma.get(o), noise.relative.get(o)
         stated = stated and (a is not None or r is not None)
-        known = a if a is not None else None if r is None else r * np.abs(x)
-        level = max(local_scatter(x), rounding(x)) if known is None else known
+        if a is None and r is None:
+            level: float | Array = max(local_scatter(x), rounding(x))
+        else:
+            size = np.hypot(x, SMALL * np.sqrt(np.mean(x**2)))
+            level = np.maximum(np.hypot(a or 0.0, (r or 0.0) * size), rounding(x) if a is None else 0.0)
         rows.append(1.0 / np.broadcast_to(level, x.shape))
     return np.stack(rows), stated
 
