@@ -85,6 +85,12 @@ def converts(found: str, wanted: str) -> bool:
 
 
 @cache
+def electrical(unit: str) -> bool:
+    """Whether a quantity in this unit is one of a circuit or a field: a voltage, a charge, a flux."""
+    return "[current]" in parse(unit).dimensionality
+
+
+@cache
 def tidy(unit: str) -> str:
     """A unit as people write it, e.g. "(N)/((mm))**3" → "N/mm³"; "1" for none. It reads back by `parse`."""
     parsed = parse(unit)

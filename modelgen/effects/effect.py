@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from modelgen.errors import InputError
 from modelgen.language import Abs, Model, Parameter, Port, j
-from modelgen.units import converts, factor, tidy
+from modelgen.units import converts, electrical, factor, tidy
 
 Values = Mapping[str, Parameter]
 Apply = Callable[[Model, Port, Values], Model]
@@ -233,12 +233,17 @@ ANSWERS = ("m", "1", "C", "C/m**2", "T")
 
 
 def _answers(model: Model, port: Port) -> bool:
-    """Whether a port of kind "force" is one of what answers to a drive, as a displacement to a voltage.
+    """Whether a port of kind "force" is one of what answers to a drive, as a displacement to a voltage or the
+    force of a piezo to it.
 
     Memory and loss make a force go before the displacement; what answers to a drive lags behind it: strengths
     that can have one sign in a force have the other one there.
     """
-    return port.kind == "force" and any(converts(model[port.equation].unit, unit) for unit in ANSWERS)
+    if port.kind != "force":
+        return False
+    unit = model[port.equation].unit
+    drive = next((unit_of(model, x) for n, x in port.variables if n == "z"), unit)
+    return any(converts(unit, u) for u in ANSWERS) or (electrical(drive) and not electrical(unit))
 
 
 def _port_units(port: Port, unit: str) -> dict[str, str]:
