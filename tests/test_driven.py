@@ -102,11 +102,18 @@ def test_a_port_that_tells_its_speed_alone_moves_as_far_as_that_goes() -> None:
 
 
 def stack(unit: str = "um", drive: str = "V") -> Model:
-    """A piezo stack's displacement, in proportion to the voltage; or what else is in proportion to a drive."""
+    """A piezo stack's displacement, in proportion to the voltage; or another quantity, to another drive."""
     V, d = Input("V", drive), Parameter("d", f"{unit}/{drive}", 0.1, (1e-3, 10.0))
     before, turn, late = previous(V), turning_point_of(V), previous(t)
     x = Equation("x", d * V, unit)
-    at = {"z": V, "v": rate_of(V, "dV", f"{drive}/s"), "z_prev": before, "z_turn": turn, "t": t, "t_prev": late}
+    at = {
+        "z": V,
+        "v": rate_of(V, "dV", f"{drive}/s"),
+        "z_prev": before,
+        "z_turn": turn,
+        "t": t,
+        "t_prev": late,
+    }
     port = Port("piezo", "force", "x", tuple((n, i.symbol) for n, i in at.items()))
     return Model("stack", (t, V, late, before, turn, at["v"]), (d,), (x,), (Output("x"),), (port,))
 
@@ -115,7 +122,12 @@ def test_what_answers_to_a_drive_lags_by_a_strength_below_zero() -> None:
     """A force goes before the displacement; a displacement and a piezo's force lag behind the voltage."""
     for id in ("second_dahl_element", "maxwell_branch"):
         e = next(e for e in CATALOGUE if e.id == id and e.fits(stack()))
-        for unit, drive, least in (("um", "V", -np.inf), ("N", "V", -np.inf), ("N", "um", 0.0), ("V", "V", 0.0)):
+        for unit, drive, least in (
+            ("um", "V", -np.inf),
+            ("N", "V", -np.inf),
+            ("N", "um", 0.0),
+            ("V", "V", 0.0),
+        ):
             there = stack(unit, drive)
             p = e.parameters(there, there.ports[0])
             assert p[e.strengths[0].name].bounds[0] == least, (id, unit, drive)

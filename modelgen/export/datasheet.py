@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from typing import Any
 
 from modelgen.errors import ToolError
 from modelgen.export import arm
+from modelgen.export.exact import stable_step
 from modelgen.export.floats import literal
 from modelgen.export.host import Compiled, Reach, measured_errors, reach
 from modelgen.export.selftest import render_tests
@@ -22,13 +24,17 @@ TITLE = "# Datasheet\n\nMeasured by modelgen when it wrote the C beside this fil
 
 @dataclass(frozen=True)
 class Sheet:
-    """What was measured. Where a tool is absent its part is empty, and the word for it says why."""
+    """What was measured. Where a tool is absent its part is empty, and the word for it says why.
+
+    stable: the longest step over which states are integrated stably, at default parameters; inf where any is.
+    """
 
     prints: tuple[tuple[str, arm.Footprint], ...]
     absent: str
     errors: dict[str, dict[str, float]]
     no_compiler: str
     reaches: tuple[Reach, ...]
+    stable: float
 
     def failures(self, real: str) -> tuple[str, ...]:
         """The cores on which the self-test of that precision failed in the emulator."""
@@ -58,7 +64,9 @@ def take(unit: Unit, real: str, ranges: Mapping[str, Range], emulator: bool = Tr
         says, errors, reaches = str(why), {}, ()
     verb = "is" if len(missing) == 1 else "are"
     absent = f"{' and '.join(missing)} {verb} not installed" if missing else "nobody asked for it"
-    return Sheet(tuple(prints), absent, errors, says, reaches)
+    usual = made[real][1][0]
+    stable = stable_step(unit.model, usual.samples[0], **usual.parameters) if unit.steps else float("inf")
+    return Sheet(tuple(prints), absent, errors, says, reaches, stable)
 
 
 def _on(
@@ -103,7 +111,8 @@ def render_sheet(unit: Unit, real: str, sheet: Sheet, ranges: Mapping[str, Range
         "in": "&in, " if unit.inputs else "", "inputs": _inputs(unit, sheet.reaches, ranges),
         "parameters": _parameters(unit), "loops": "for (" in code or "while (" in code,
         "says": _plain(unit.model.text or unit.model.id), "origin": _plain(unit.model.source or "not stated"),
-        "notes": _notes(unit), "deviations": _deviations(code), **_example(unit),
+        "notes": [*_notes(unit), *_of_steps(unit, sheet.stable)], "deviations": _deviations(code),
+        **_example(unit),
     }  # fmt: skip
     return render("c99/DATASHEET.md", facts)
 
@@ -166,6 +175,19 @@ def _notes(unit: Unit) -> list[str]:
             f"Between two samples `{of}` is taken to run one way; who knows where it turned steps there, too."
         )
     return notes
+
+
+def _of_steps(unit: Unit, stable: float) -> list[str]:
+    """How long a step may be."""
+    if not math.isfinite(stable):
+        return []
+    parts = max(s.substeps for s in unit.model.states if s.rate is not None)
+    size = f"{stable:.2g} {unit.model.inputs[0].unit}"
+    ways = f"in {parts} parts of a step" if parts > 1 else "in one"
+    return [
+        f"States are integrated by the classical Runge–Kutta scheme {ways}: with default parameters, from "
+        f"the first sample of the tests, a `dt` of more than {size} is unstable, a tenth of it accurate."
+    ]
 
 
 def _example(unit: Unit) -> dict[str, str]:

@@ -9,12 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from modelgen.errors import InputError, one_of
+from modelgen.export.exact import stable_step
 from modelgen.language import Input, Model, Parameter
 from modelgen.language.derived import derived_scale
 from modelgen.language.quantities import BACKWARD
 
 POINTS = 16
 SAMPLES = 64
+CALM = 2.0
+"""How far a step stays below that at which what is integrated would grow by itself."""
 Range = tuple[float, float]
 
 
@@ -99,6 +102,9 @@ def trials(
         sets.append(_parameters(model, fixed, factors, round_to))
     spans = {i.name: ranges.get(i.name, default_range(i)) for i in model.inputs if not i.derived}
     samples = _motion(model, spans, round_to) if steps else _grid(model, spans, round_to)
+    if steps:
+        longest = min(stable_step(model, samples[0], **p) for p in sets)
+        samples = _motion(model, spans, round_to, longest / CALM)
     return tuple(Trial(p, samples) for p in sets)
 
 
@@ -133,11 +139,12 @@ def _grid(
 
 
 def _motion(
-    model: Model, spans: Mapping[str, Range], round_to: Callable[[float], float]
+    model: Model, spans: Mapping[str, Range], round_to: Callable[[float], float], longest: float = math.inf
 ) -> tuple[dict[str, float], ...]:
-    """Two tones that turn several times, and their derivatives; time in steps that any type holds exactly."""
+    """Two tones that turn several times, and their derivatives; time in steps that any type holds exactly,
+    none longer than `longest`."""
     low, high = spans[model.axis]
-    step = 2.0 ** math.floor(math.log2((high - low) / SAMPLES))
+    step = 2.0 ** math.floor(math.log2(min((high - low) / SAMPLES, longest)))
     rows = []
     for k in range(SAMPLES):
         x = 4 * math.pi * k / SAMPLES
