@@ -191,6 +191,26 @@ def test_the_extended_model_is_a_model_like_any_other(tmp_path: Path) -> None:
     assert list((tmp_path / "found").glob("*.c"))
 
 
+def test_how_fitted_records_began_is_no_default_of_the_extended_model() -> None:
+    """A drift that each recording has of its own has their median; what a sample was before, what it had."""
+    from modelgen.diagnose.account.extended import _with_values
+    from modelgen.fit.result import Estimate
+
+    model = load("modified_dahl")
+    found = [
+        ("r_0[a]", 0.3),
+        ("r_0[b]", 0.4),
+        ("k_D", 7.0),
+        ("F_0[a]", 1.0),
+        ("F_0[b]", 2.0),
+        ("F_0[c]", 9.0),
+    ]
+    after = [Estimate(n, x, 0.1, "1") for n, x in found]
+    made, kept = _with_values(model, after)
+    assert kept == ["r_0"] and made.parameter("r_0").default == model.parameter("r_0").default
+    assert made.parameter("F_0").default == 2.0 and made.parameter("k_D").default == 7.0
+
+
 def test_the_same_case_gives_the_same_verdict(tmp_path: Path) -> None:
     secret = draw(7, kind="single", domain="impedance", effect="eddy_shunt", d2=(100, 300))
     case = read_case(write_case(secret, tmp_path))

@@ -207,6 +207,22 @@ def test_units_of_inputs_come_from_the_model() -> None:
     assert "z [mm]" in text and "speed [mm/s]" in text
 
 
+def test_what_drives_a_model_is_not_taken_for_how_it_moves() -> None:
+    """A mass on a spring, driven by u: no law over the stroke is read from what is missing over u."""
+    from modelgen.language import Equation, Input, Model, Parameter, Port, State
+
+    t, u, k = Input("t", "s"), Input("z", "N"), Parameter("k", "N/m", 1.0)
+    at, speed = State("q", rate=0).symbol, State("w", rate=0).symbol
+    pull = Equation("F", k * at, "N")
+    m = Parameter("m", "kg", 1.0)
+    states = (State("q", 0.0, rate=speed, unit="m"), State("w", 0.0, rate=(u - pull) / m, unit="m/s"))
+    port = Port("force", "force", "F", (("z", at), ("v", speed)))
+    driven = Model("driven", (t, u), (k, m), (pull, *states), ("F",), (port,))
+    v = replace(verdicts.missing_backlash(400), curve=None, mismatch=())
+    text = Page(page(v, model=driven)).text
+    assert "The motion there is not recorded" in text and "belongs to a spring" not in text
+
+
 # ---- the terminal
 
 

@@ -11,7 +11,6 @@ from operator import or_
 from typing import Any, NamedTuple
 
 import casadi as ca
-from sympy import sympify
 
 from modelgen.codegen.algebra import FREE, SAMPLE
 from modelgen.codegen.derive import Chain, Residual
@@ -21,6 +20,7 @@ from modelgen.codegen.tosx import NONHOLOMORPHIC, Call, Translator
 from modelgen.errors import InputError
 from modelgen.language import Equation, Implicit, Model, State, Statement
 from modelgen.language.derived import values_before
+from modelgen.language.meant import expressions
 from modelgen.language.quantities import ComplexParameter
 
 UNROLLED = 4
@@ -246,16 +246,8 @@ def fitted_statements(model: Model) -> list[Statement]:
     for s in reversed(model.statements):
         if s.name in wanted:
             found.append(s)
-            wanted |= {x.name for e in _expressions(s) for x in e.free_symbols}
+            wanted |= {x.name for e in expressions(s) for x in e.free_symbols}
     return found[::-1]
-
-
-def _expressions(s: Statement) -> list[Any]:
-    if isinstance(s, Equation):
-        return [s.expr]
-    if isinstance(s, Implicit):
-        return [s.residual, *map(sympify, s.bracket)]
-    return [sympify(e) for e in (s.initial, s.update, s.rate) if e is not None]
 
 
 def _has_nonholomorphic(model: Model) -> bool:

@@ -52,8 +52,8 @@ def expressions(s: Statement) -> list[Any]:
     if isinstance(s, Equation):
         return [s.expr]
     if isinstance(s, Implicit):
-        return [s.residual, *s.bracket]
-    return [e for e in (s.initial, s.update, s.rate) if e is not None]
+        return [s.residual, *map(sp.sympify, s.bracket)]
+    return [sp.sympify(e) for e in (s.initial, s.update, s.rate) if e is not None]
 
 
 def _swaps(expr: Any, known: Table) -> Table:

@@ -14,6 +14,7 @@ import sympy as sp
 from modelgen import language
 from modelgen.language import functions
 from modelgen.language.layout import arguments, assigned, fill, imported, quoted, row
+from modelgen.language.meant import expressions
 from modelgen.language.model import Model, Output, Port, check_name
 from modelgen.language.pyprint import Printer
 from modelgen.language.quantities import (
@@ -168,7 +169,7 @@ class _File:
     # -- statements --------------------------------------------------------------------------------------
 
     def statement(self, s: Statement) -> list[str]:
-        aliases = [line for e in _expressions(s) for line in self.aliases(e)]
+        aliases = [line for e in expressions(s) for line in self.aliases(e)]
         say = self.printer.doprint
         tail = [
             ("unit", quoted(s.unit), s.unit == "1"), ("ref", quoted(s.ref), not s.ref),
@@ -264,10 +265,3 @@ def _derived(kind: str, of: Input, i: Input) -> tuple[str, tuple[str, ...]] | No
     }
     same, function, others = named.get(kind, (None, "", ()))
     return (function, others) if same == i else None
-
-
-def _expressions(s: Statement) -> list[Any]:
-    if isinstance(s, Equation):
-        return [s.expr]
-    found = [s.residual, *s.bracket] if isinstance(s, Implicit) else [s.initial, s.update, s.rate]
-    return [e for e in found if e is not None]

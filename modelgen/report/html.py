@@ -14,6 +14,7 @@ from markupsafe import Markup
 from modelgen.diagnose.verdict import Estimate, Finding, Verdict
 from modelgen.files import write_atomically
 from modelgen.fit.trace import Trace
+from modelgen.language.meant import expressions
 from modelgen.report import curve as port_curve
 from modelgen.report import lack, plots, words
 from modelgen.report.formula import formula, sentence, symbol
@@ -52,7 +53,7 @@ def page(verdict: Verdict, case: Case | None = None, model: Model | None = None)
         figures=_figures(verdict, case, units),
         rows=[_row(t) for t in verdict.traces],
         curve=Markup(port_curve.port(verdict.curve)) if verdict.curve else "",
-        lack=_lack(verdict, units),
+        lack=_lack(verdict, units, model),
         laws=[formula(law, ids) for law in verdict.law.split(";")] if verdict.law else [],
         slope=port_curve.slope_text(verdict.curve) if verdict.curve else "",
         hypotheses=_hypotheses(verdict),
@@ -137,7 +138,8 @@ def _figures(verdict: Verdict, case: Case | None, units: Mapping[str, str]) -> l
 
 def _units(verdict: Verdict, model: Model | None) -> dict[str, str]:
     """Units of inputs: the model's, or those that the verdict happens to name."""
-    units = {m.axis: m.unit for m in verdict.mismatch}
+    units = {n: u for t in verdict.traces for n, u in t.units.items()}
+    units |= {m.axis: m.unit for m in verdict.mismatch}
     if verdict.curve:
         units[verdict.curve.x_name] = verdict.curve.x_unit
     return units | ({i.name: i.unit for i in model.inputs} if model is not None else {})
@@ -151,18 +153,29 @@ def _known(trace: Trace, case: Case | None) -> tuple[str, dict[str, float]]:
     return "", {}
 
 
-def _lack(verdict: Verdict, units: Mapping[str, str]) -> dict[str, Any] | None:
+def _lack(verdict: Verdict, units: Mapping[str, str], model: Model | None) -> dict[str, Any] | None:
     """Time records: what the model before lacks, over stroke and speed, where it is missed most."""
     records = [t for t in verdict.traces if lack.drawable(t) and t.role != "holdout"]
     if verdict.curve or verdict.adequate or not records:
         return None
     trace = max(records, key=lambda t: rms(t.white_before, t.outliers))
     return {
-        "svg": Markup(lack.lack(trace, units)),
+        "svg": Markup(lack.lack(trace, units, moving := model is None or _moving(verdict, model))),
         "name": trace.name,
         "same": plots.same_model(trace),
+        "moving": moving,
         "cyclic": lack.cyclic(trace),
     }
+
+
+def _moving(verdict: Verdict, model: Model) -> bool:
+    """Whether the displacement at the port of the verdict, or at any, is recorded, and no state's."""
+    named = [p for p in model.ports if any(p.name == e.port for e in verdict.effects)]
+    wanted = {str(x) for p in named or model.ports for n, x in p.variables if n == "z"}
+    for s in reversed(model.statements):
+        if s.name in wanted:
+            wanted |= {x.name for expr in expressions(s) for x in expr.free_symbols}
+    return not wanted & {s.name for s in model.states}
 
 
 def _hypotheses(verdict: Verdict) -> list[dict[str, Any]]:

@@ -34,11 +34,12 @@ def cyclic(trace: Trace) -> bool:
     return upward(z) >= 2
 
 
-def lack(trace: Trace, units: Mapping[str, str], key: str = "l") -> str:
+def lack(trace: Trace, units: Mapping[str, str], moving: bool, key: str = "l") -> str:
     """Data minus model before, and model after minus before, over what they may depend on, as an SVG.
 
     Over stroke, speed and acceleration, in a stretch of about three cycles, the one missed most by the model
     before. Records without cycles are drawn over time and stroke: a relaxation is read over the log of time.
+    So are those of what is not `moving` as recorded: what drives a model is not how it moves.
     """
     from matplotlib.figure import Figure
 
@@ -46,7 +47,7 @@ def lack(trace: Trace, units: Mapping[str, str], key: str = "l") -> str:
     misfit = np.sum(np.square(trace.white_before), axis=0)
     i = np.arange(len(trace.x))[excerpt(trace.inputs[stroke], misfit, fewest=400)]
     i = i[every(len(i), LOOP_POINTS)]
-    shown = _motion(trace, units) if cyclic(trace) else _time_and_stroke(trace, units)
+    shown = _motion(trace, units) if moving and cyclic(trace) else _time_and_stroke(trace, units)
     name = f"missing {panels(trace)[0].title}"
     with svg.style():
         figure = Figure(figsize=(9.6, 3.4))

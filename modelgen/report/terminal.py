@@ -36,6 +36,7 @@ def _effects(effects: tuple[Finding, ...]) -> Table:
     made = table("left out", "port", "probability", "parameters", left=(0, 3))
     for e in effects:
         shown = [_parameter(p, e) for p in e.parameters[:PARAMETERS]]
+        shown += [f"… {len(e.parameters) - PARAMETERS} more"] * (len(e.parameters) > PARAMETERS)
         made.add_row(*(Text(x) for x in (e.id, e.port, words.percent(e.probability), "\n".join(shown))))
     return made
 

@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from statistics import median
 from typing import Any
+
+from sympy import sympify
 
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.setting import Setting
 from modelgen.effects.effect import UNIT_OMEGA
 from modelgen.fit.result import Estimate
 from modelgen.language import ComplexParameter, Equation, Model, Parameter, State, powj
+from modelgen.language.meant import expressions
 
 
 def extended(
@@ -20,7 +24,7 @@ def extended(
     """The law in words, and the path of the extended model (with its C beside it)."""
     if not best.hypothesis.added:
         return "", None
-    model = _with_values(best.hypothesis.experiment.model, after)
+    model, kept = _with_values(best.hypothesis.experiment.model, after)
     law = "; ".join(f"{name} = {_readable(x)}" for name, x in _laws(setting.model, model, best))
     if out is None:
         return law, None
@@ -33,6 +37,10 @@ def extended(
     own = [n for a in best.hypothesis.added if a.repeats for n in a.shared]
     if own:
         note += f".\nEach recording has values of its own (per_recording) of {', '.join(own)}"
+    if kept:
+        note += (
+            f".\nHow the records began is not held against others: {', '.join(kept)} as in {setting.model.id}"
+        )
     write_atomically(path, to_python(model, note=note), parents=True)
     generate(model, out)
     return law, str(path)
@@ -89,16 +97,33 @@ def _step(name: str, ports: set[str], new: Mapping[str, Any]) -> bool:
     return x in ports and name in new and count.isdigit() and int(count) > 1
 
 
-def _with_values(model: Model, after: Sequence[Estimate]) -> Model:
-    """The extended model with the fitted values as defaults, under an id of its own."""
-    values = {e.name.split("[")[0]: e.value for e in after}
+def _with_values(model: Model, after: Sequence[Estimate]) -> tuple[Model, list[str]]:
+    """The extended model with the fitted values as defaults, under an id of its own, and the parameters that
+    keep theirs: how the fitted records began is nothing to another one.
+
+    Of what else each recording has its own value of, it has the median.
+    """
+    own: dict[str, list[float]] = {}
+    for e in after:
+        own.setdefault(e.name.partition("[")[0], []).append(e.value)
+    kept = [n for n in _beginnings(model) if n in own and model.parameter(n).default is not None]
+    values = {n: median(x) for n, x in own.items() if n not in kept}
     new: list[Parameter | ComplexParameter] = []
     for p in model.parameters:
         if isinstance(p, ComplexParameter):
             new.append(replace(p, re=_fitted(p.re, values), im=_fitted(p.im, values)))
         else:
             new.append(_fitted(p, values))
-    return replace(model, id=f"{model.id}_extended", parameters=tuple(new), builder=None, options=())
+    whole = replace(model, id=f"{model.id}_extended", parameters=tuple(new), builder=None, options=())
+    return whole, kept
+
+
+def _beginnings(model: Model) -> list[str]:
+    """Parameters that say how states begin, and nothing else."""
+    first = {x.name for s in model.states for x in sympify(s.initial).free_symbols}
+    rest = [replace(s, initial=0) if isinstance(s, State) else s for s in model.statements]
+    later = {x.name for s in rest for expr in expressions(s) for x in expr.free_symbols}
+    return [p.name for p in model.scalar_parameters if p.name in first - later]
 
 
 def _fitted(p: Parameter, values: Mapping[str, float]) -> Parameter:
