@@ -69,9 +69,14 @@ _VERBS = {"fit": "modelgen.fit.fitting", "diagnose": "modelgen.diagnose"}
 class _Verb(ModuleType):
     """A package that does what its name says when called: mg.fit(...), and still modelgen.fit.PSO."""
 
-    def __call__(self, *args: Any, **settings: Any) -> Any:
+    @property
+    def __wrapped__(self) -> Any:
+        """The function that is called, whose arguments `inspect.signature` and editors show."""
         name = self.__name__.rpartition(".")[2]
-        return getattr(import_module(_VERBS[name]), name)(*args, **settings)
+        return getattr(import_module(_VERBS[name]), name)
+
+    def __call__(self, *args: Any, **settings: Any) -> Any:
+        return self.__wrapped__(*args, **settings)
 
 
 class _Package(ModuleType):

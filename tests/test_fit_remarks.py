@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import modelgen as mg
 from modelgen.cli import main
 from modelgen.cli.methods import read_method
 from modelgen.fit.fitting import fit
@@ -186,3 +188,19 @@ def test_outputs_of_two_units_are_both_shown(tmp_path: Path, capsys: pytest.Capt
     assert [(o["output"], o["unit"]) for o in told["outputs"]] == [("k_s", "N/mm"), ("loss_angle", "deg")]
     assert np.hypot(*each) / 2**0.5 == pytest.approx(told["rms_over_noise"]) and each[0] != each[1]
     assert row.rstrip().endswith("{} ({}, {})".format(*map(number, (told["rms_over_noise"], *each))))
+
+
+def test_arguments_of_another_kind_are_named() -> None:
+    import inspect
+
+    case = Case(None, "kelvin_voigt", ())
+    for call, says in (
+        (lambda: mg.fit(kelvin_voigt, "case.toml"), "case: found 'case.toml', wanted a Case"),
+        (lambda: mg.fit(kelvin_voigt, case, method="pso(4)"), "method: found 'pso(4)'"),
+        (lambda: mg.fit("kelvin_voigt", case), "model: found 'kelvin_voigt', wanted a Model"),
+        (lambda: mg.diagnose(kelvin_voigt, case), "a case stands where the model is wanted"),
+        (lambda: mg.build("kelvin_voigt"), "found 'kelvin_voigt', wanted a Model"),
+    ):
+        with pytest.raises(mg.InputError, match=re.escape(says)):
+            call()
+    assert list(inspect.signature(mg.fit).parameters)[:3] == ["model", "case", "method"]

@@ -26,7 +26,7 @@ from modelgen.codegen.program import build_program
 from modelgen.codegen.real import Work
 from modelgen.codegen.tiers import WORTH, Code, Rise, Tiers, compilers
 from modelgen.codegen.unity import unite
-from modelgen.errors import ToolError
+from modelgen.errors import InputError, ToolError
 from modelgen.files import cache_folder, write_atomically
 from modelgen.language import Model
 
@@ -51,6 +51,8 @@ def build(model: Model, wrt: Sequence[str] | None = None, *, wait: bool = False)
     Raises InputError for a model or name that is wrong, ToolError when there is no compiler or no place to
     write.
     """
+    if not isinstance(model, Model):
+        raise InputError(f"build: found {model!r}, wanted a Model, such as mg.models.modified_dahl")
     function = _build(model, default_wrt(model) if wrt is None else tuple(wrt))
     if wait:
         function.tiers.library()

@@ -1,4 +1,7 @@
-"""Find the physics that was left out: locate the mismatch, try hypotheses, decide, extend the model."""
+"""Find the physics that was left out: locate the mismatch, try hypotheses, decide, extend the model.
+
+mg.diagnose(case, model, …) calls `diagnosis.diagnose`: help(mg.diagnose.__wrapped__) shows its arguments.
+"""
 
 from typing import Any
 

@@ -34,6 +34,7 @@ from modelgen.diagnose.verdict import Verdict
 from modelgen.diagnose.whole_ports import whole
 from modelgen.effects import Effect
 from modelgen.effects.kinds import unknown_kinds
+from modelgen.fit.given import check_given
 from modelgen.fit.series import Series
 from modelgen.language import Model
 from modelgen.recordings import Case
@@ -51,11 +52,12 @@ def diagnose(
     """Say whether `model` explains the recordings of `case`, and if not, which physics was left out.
 
     effects: further effects beside the catalogue. out: folder for the extended model and its C (none: not
-    written). Holdout recordings are looked at once, at the end. Raises InputError when the case can't be
-    fitted.
+    written). Holdout recordings are looked at once, at the end. Raises InputError when an argument is of
+    another kind, or the case can't be fitted.
     """
     from modelgen.effects import CATALOGUE
 
+    check_given(model, case)
     warm()
     catalogue = (*CATALOGUE, *(effects or ()))
     check_effects(effects or (), model, {k for e in CATALOGUE for k in e.kinds})

@@ -1,5 +1,7 @@
 """The estimator harness: one problem description, several optimisers, and what the data say about the result.
 
+mg.fit(model, case, …) calls `fitting.fit`: help(mg.fit.__wrapped__) shows its arguments.
+
 outcome = (PSO(40) >> GaussNewton()).run(problem)
 known = assess(problem, outcome.theta)
 """

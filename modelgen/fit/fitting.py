@@ -15,6 +15,7 @@ from modelgen.fit.conditions import broken, held_values
 from modelgen.fit.experiment import Experiment, experiment
 from modelgen.fit.farm import Farm
 from modelgen.fit.gauss_newton import GaussNewton
+from modelgen.fit.given import check_given
 from modelgen.fit.method import Method, Outcome, Progress, Reason, part
 from modelgen.fit.motion import with_motion
 from modelgen.fit.multistart import MultiStart
@@ -55,9 +56,10 @@ def fit(
     residual. Hold-out recordings are predicted with all shared parameters fixed; only those with a value in
     each recording (offset, initial state) are refitted on them. Ctrl-C keeps the best point so far.
     executor: where the starts of a multi-start run (`fit.farm`), if not here.
-    Raises InputError when nothing is free, the data are fewer than the parameters, a start makes no sense, or
-    an executor has no starts to run.
+    Raises InputError when an argument is of another kind, nothing is free, the data are fewer than the
+    parameters, a start makes no sense, or an executor has no starts to run.
     """
+    check_given(model, case, method)
     if executor is not None and not (method is None or isinstance(method, MultiStart)):
         raise InputError("an executor runs the starts of a multi-start, and this method is of one start")
     if isinstance(method, Recipe):

@@ -157,6 +157,8 @@ class Method(ABC):
         """The method in words, for a report."""
 
     def __rshift__(self, other: Method) -> Chain:
+        if not isinstance(other, Method):
+            return NotImplemented
         return Chain((*_links(self), *_links(other)))
 
 

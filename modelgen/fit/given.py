@@ -1,0 +1,27 @@
+"""What callers give, looked at before anything is done with it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from modelgen.errors import InputError
+from modelgen.fit.method import Method
+from modelgen.fit.recipe import Recipe
+from modelgen.language import Model
+from modelgen.recordings import Case
+
+
+def check_given(model: Any, case: Any, method: Any = None) -> None:
+    """Raises InputError where one of these is of another kind."""
+    if isinstance(model, Case) and isinstance(case, Model):
+        raise InputError("a case stands where the model is wanted, and the model where the case is")
+    if not isinstance(model, Model):
+        raise InputError(f"model: found {_kind(model)}, wanted a Model; mg.open_case reads one and its case")
+    if not isinstance(case, Case):
+        raise InputError(f"case: found {_kind(case)}, wanted a Case; mg.read_case reads one")
+    if not (method is None or isinstance(method, Method | Recipe)):
+        raise InputError(f"method: found {_kind(method)}, wanted one such as mg.PSO(40) >> mg.IPOPT()")
+
+
+def _kind(x: Any) -> str:
+    return repr(x) if isinstance(x, str) else f"something of type {type(x).__name__}"
