@@ -10,6 +10,7 @@ import pytest
 from modelgen.errors import InputError
 from modelgen.recordings import Case, Channel, Recording, Signature, load_case, read_case_file
 from modelgen.recordings.convert import affine
+from modelgen.recordings.table import read_table
 
 SHARED = Path(__file__).parents[2] / "shared" / "data"
 
@@ -59,6 +60,11 @@ def complaint(folder: Path, table: str | bytes, signature: Signature = DAHL, **m
 
 
 ROWS = "  20.0  +7.5  +30.0\n  10.0  +7.1  +25.0\n  40.0  +6.0  -15.0\n"
+
+
+def test_empty_rows_that_a_spreadsheet_left(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(MOTION + ",,\n\n,,\n")
+    assert len(read_table(tmp_path / "a.csv").rows) == 3
 
 
 def test_columns_apart_by_blanks_below_comments(tmp_path: Path) -> None:
@@ -215,7 +221,11 @@ def test_unsorted_frequencies_are_sorted_with_a_warning(tmp_path: Path) -> None:
         (MOTION.replace("0.2,", "0.1,"), ["lines 3 and 4", "'t [s]'", "0.1"]),
         (MOTION.replace("0.2,", "0.05,"), ["line 4", "'t [s]'", "back"]),
         (MOTION.replace("0.5", "1e400"), ["line 3", "'1e400'"]),
-        (b"\xff\xfet\x00", ["line 1", "UTF-8"]),
+        (b"\xff\xfet\x00", ["UTF-16", "save it as UTF-8"]),
+        ("t [s],z [mm],phase [\xb0]\n".encode("latin-1"), ["line 1", "0xb0", "save it as UTF-8"]),
+        (b"\x1f\x8b\x08\x00", ["gzip", "unpack"]),
+        (b"PK\x03\x04\x14\x00", ["spreadsheet", "as CSV"]),
+        (MOTION + "0.0,0,0\n", ["line 5", "'t [s]'", "back"]),
         (MOTION.encode() + b"\x00\x01", ["line 5", "binary"]),
     ],
 )

@@ -206,20 +206,22 @@ def _order(
     axis, column = values[part], picked[part]
     order = np.argsort(axis, kind="stable")
     twice = np.flatnonzero(np.diff(axis[order]) == 0)
+    back = np.flatnonzero(np.diff(axis) < 0)
+    if back.size and is_time(part.unit):
+        row = int(back[0]) + 1
+        before, after = (f"{axis[n]:.12g} {part.unit}" for n in (row - 1, row))
+        raise fail(f"{table.at(column, row)}: time goes back, from {before} to {after}")
     if twice.size:
         first, second = (int(table.lines[order[n]]) for n in (twice[0], twice[0] + 1))
         value = axis[order[twice[0]]]
         raise fail(
             f"{table.path}, lines {first} and {second}, column {show(column.title)}: "
-            f"{value:.12g} {part.unit} occurs twice, wanted each once (two sweeps or runs are two recordings)"
+            f"{value:.12g} {part.unit} occurs twice, wanted each once (two sweeps or runs are two "
+            "recordings; repeats of a point are averaged first)"
         )
-    back = np.flatnonzero(np.diff(axis) < 0)
     if not back.size:
         return None, ()
     row = int(back[0]) + 1
-    if is_time(part.unit):
-        before, after = (f"{axis[n]:.12g} {part.unit}" for n in (row - 1, row))
-        raise fail(f"{table.at(column, row)}: time goes back, from {before} to {after}")
     if back.size == axis.size - 1:  # a sweep downwards: kept in the order of recording, which a drift follows
         return None, ()
     return order, (f"{table.at(column, row)}: not in ascending order, the rows were sorted",)

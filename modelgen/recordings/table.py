@@ -33,6 +33,15 @@ def show(text: object) -> str:
     return full if len(full) <= 60 else full[:56] + "...'"
 
 
+PACKED = {
+    b"\x1f\x8b": "compressed by gzip; unpack it first",
+    b"PK\x03\x04": "a zip archive or a spreadsheet, not text; save the sheet as CSV",
+    b"\xff\xfe": "UTF-16 text; save it as UTF-8",
+    b"\xfe\xff": "UTF-16 text; save it as UTF-8",
+}
+"""What files begin with that are no text as it is read here."""
+
+
 def read_text(path: Path) -> str:
     """The text of a regular UTF-8 file, byte-order mark or not. Raises InputError when there is none."""
     try:
@@ -43,11 +52,16 @@ def read_text(path: Path) -> str:
         data = path.read_bytes()
     except (OSError, ValueError) as why:  # ValueError: a null byte in the name
         raise fail(f"{show(str(path))}: can't be read ({getattr(why, 'strerror', None) or why})") from why
+    for mark, what in PACKED.items():
+        if data.startswith(mark):
+            raise fail(f"{path}: {what}")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as why:
         line = data.count(b"\n", 0, why.start) + 1
-        raise fail(f"{path}, line {line}: byte 0x{data[why.start]:02x} is not UTF-8 text") from why
+        raise fail(
+            f"{path}, line {line}: byte 0x{data[why.start]:02x} is not UTF-8 text; save it as UTF-8"
+        ) from why
     if "\0" in text:
         raise fail(f"{path}, line {text.count(chr(10), 0, text.index(chr(0))) + 1}: binary data, not text")
     return text
@@ -175,7 +189,10 @@ def _titles(header: str, delimiter: str) -> list[str]:
 
 
 def read_table(path: Path) -> Table:
-    """Read header and rows of a CSV file. Blank lines and lines that start with # or * are skipped.
+    """Read header and rows of a CSV file.
+
+    Lines that start with # or * are skipped, and those that are blank or have empty cells alone, as
+    spreadsheets leave them.
 
     Semicolons, tabs or blanks may separate columns, and with them decimals may have commas.
 
@@ -183,7 +200,7 @@ def read_table(path: Path) -> Table:
     """
     text = read_text(path).replace("\r\n", "\n").replace("\r", "\n")
     rows = text.split("\n")
-    kept = [n for n, row in enumerate(rows) if row.strip() and not row.lstrip().startswith(("#", "*"))]
+    kept = [n for n, row in enumerate(rows) if row.strip(" \t,;") and not row.lstrip().startswith(("#", "*"))]
     if not kept:
         raise fail(f"{path}: the file is empty; wanted a header of 'name [unit]' columns, then numbers")
     first = kept[0]
