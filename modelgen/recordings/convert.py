@@ -19,6 +19,11 @@ def affine(found: str, wanted: str) -> tuple[float, float]:
     """
     from_unit, to_unit = parse(found), parse(wanted)
     if not from_unit.is_compatible_with(to_unit):
+        if found.lower().startswith("db"):
+            raise InputError(
+                f"unit '{found}' is a level over a reference that it doesn't name; wanted '{wanted}', "
+                "the reference times 10**(level/20)"
+            )
         raise InputError(f"unit '{found}' can't be read as '{wanted}'")
     try:
         converted = (registry().Quantity(x, from_unit).to(to_unit) for x in (0.0, 1.0, 2.0))
