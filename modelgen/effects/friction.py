@@ -215,8 +215,19 @@ asymmetric_friction = Effect(
     common=0.5,
 )
 
+uneven_friction = replace(
+    asymmetric_friction,
+    kinds=("force",),
+    says="dry friction is greater in one direction than in the other",
+    strengths=(Strength("F_d", "{port}", bounds=ANY, text="half the difference of the two levels"),),
+    apply=add(lambda at, p: p["F_d"] * Abs(at["v"]) / sqrt(at["v"] ** 2 + p["v_0"] ** 2)),
+    shapes=coulomb_friction.shapes,
+    needs=("v", "z_prev"),
+    unless=("friction",),
+)
+
 EFFECTS = (
     second_dahl_element, second_slider, many_sliders, dahl_exponent, stribeck_friction, stribeck_level,
     coulomb_friction, smooth_friction, stribeck_force, position_friction, rate_dependent_friction,
-    asymmetric_friction,
+    asymmetric_friction, uneven_friction,
 )  # fmt: skip
