@@ -367,3 +367,10 @@ def test_importing_the_room_loads_nothing_heavy() -> None:
     code = "import sys, modelgen.report; print({'matplotlib', 'jinja2', 'rich', 'numpy'} & set(sys.modules))"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert out.stdout.strip() == "set()"
+
+
+def test_a_hypothesis_is_told_with_its_port_where_there_are_several() -> None:
+    v = verdicts.missing_backlash()
+    at = replace(v.trials[0], ports=("drive",))
+    text = Page(page(replace(v, trials=(at, *v.trials[1:])))).text
+    assert "backlash at drive" in text and "second Dahl element at" not in text

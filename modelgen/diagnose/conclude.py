@@ -275,8 +275,12 @@ def _trials(outcome: Outcome) -> tuple[Trial, ...]:
     more = [f for f in first.values() if len(f.ids) > count][:BEYOND]
     equals = [f for f in few if len(f.ids) == count]  # to be claimed, one effect more must gain far more
     odds = dict(zip(map(id, equals), weights(equals), strict=True)) if equals else {}
+    places: dict[str, set[str]] = {}
+    for a in (a for f in outcome.tried for a in f.hypothesis.added):
+        places.setdefault(a.id, set()).add(a.port.name)
     return tuple(
         Trial(f.ids, " + ".join(a.family for a in f.hypothesis.added), f.bic - outcome.base.bic, f.parameters,
-              float(np.sqrt(f.chi2 / effective(f.white))), float(odds.get(id(f), np.nan)))
+              float(np.sqrt(f.chi2 / effective(f.white))), float(odds.get(id(f), np.nan)),
+              tuple(a.port.name if len(places[a.id]) > 1 else "" for a in f.hypothesis.added))
         for f in (*few, *more)
     )  # fmt: skip

@@ -50,7 +50,10 @@ class Finding:
 @dataclass(frozen=True)
 class Trial:
     """One hypothesis that was fitted: its ids, evidence against the base (ΔBIC, negative is better),
-    misfit."""
+    misfit.
+
+    ports: where each of its effects stands; "" where there is but one place for it.
+    """
 
     ids: tuple[str, ...]
     family: str
@@ -58,6 +61,7 @@ class Trial:
     parameters: int
     rms_over_noise: float
     probability: float = float("nan")
+    ports: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

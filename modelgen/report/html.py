@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import cache
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -192,12 +193,17 @@ def _hypotheses(verdict: Verdict) -> list[dict[str, Any]]:
     return [
         {
             "trial": t,
+            "name": " + ".join(_placed(i, port) for i, port in zip_longest(t.ids, t.ports, fillvalue="")),
             "bar": 100 * max(-t.delta_bic / longest, 0.0) if longest > 0 else 0.0,
             "chosen": bool(chosen) and set(t.ids) == chosen,
             "stands": bool(chosen) and len(t.ids) <= count and t.delta_bic - best < NOT_EXCLUDED,
         }
         for t in trials
     ]
+
+
+def _placed(id: str, port: str) -> str:
+    return f"{words.name_of(id)} at {port}" if port else words.name_of(id)
 
 
 def _parameters(verdict: Verdict) -> list[dict[str, Any]]:
