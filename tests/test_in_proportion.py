@@ -39,3 +39,9 @@ def test_it_raises_no_alarm() -> None:
         Case(None, "kelvin_voigt", (pushed(0.0),), noise=Noise(relative={"F": SHARE})), kelvin_voigt
     )
     assert verdict.adequate
+
+
+def test_what_is_left_of_nothing_named_is_no_part_of_a_misfit() -> None:
+    """Where nobody states it, the noise is taken for what neighbours scatter by on the whole."""
+    verdict = diagnose(Case(None, "kelvin_voigt", (pushed(FLOOR),)), kelvin_voigt)
+    assert verdict.adequate and not any("named effects" in n for n in verdict.notes)

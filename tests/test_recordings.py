@@ -364,3 +364,8 @@ def test_the_shared_measured_cases_are_read() -> None:
     damper = load_case(read_case_file(SHARED / "friction_damper_36lb" / "case.toml"), DAHL).fit[0]
     assert damper.outputs["F"][0] == pytest.approx(-0.13374695 * 4448.2216152605)
     assert np.ptp(damper.inputs["z"]) == pytest.approx(51.1, abs=0.1)  # 1 inch amplitude
+
+
+def test_noise_of_the_axis_is_said_to_count_for_nothing(tmp_path: Path) -> None:
+    made = case(tmp_path, MOTION, head="[noise]\nt = 1e-4\n")
+    assert any("t counts for nothing" in w for w in made.warnings)

@@ -88,7 +88,7 @@ def _diagnosed(
     out: Path | None,
     seed: int,
 ) -> Verdict:
-    begun = time.perf_counter()
+    begun, read = time.perf_counter(), case.warnings
     if progress:
         progress(0.02, "reading")
     case, glitches = bridged(model, case)
@@ -98,7 +98,7 @@ def _diagnosed(
         progress(0.15, "base fitted")
     made, setting, outcome = _accounted(model, made, catalogue, seed, progress)
     case, ground, thinned = made.case, made.ground, made.thinned
-    notes = (*thinned.notes, *unknown_kinds(model, own), *glitches, *seen, *made.notes)
+    notes = (*read, *thinned.notes, *unknown_kinds(model, own), *glitches, *seen, *made.notes)
     setting = replace(setting, averaged=thinned.finer is not None)
     if progress:
         progress(0.9, "deciding")

@@ -23,6 +23,8 @@ def _check_kinds(effects: Sequence[Effect], model: Model, known: set[str]) -> No
     whose turn is none."""
     here = {p.kind for p in model.ports}
     for e in effects:
+        if not isinstance(e, Effect):
+            raise InputError(f"effects: found {e!r}, wanted an Effect")
         if e.acts not in tuple(TURNS):
             raise InputError(f"effect '{e.id}': acts is {e.acts!r}, wanted {', '.join(TURNS.values())}")
         if not (known | here) & set(e.kinds):

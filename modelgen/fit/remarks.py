@@ -40,7 +40,7 @@ def warnings(
 ) -> list[str]:
     """What may be amiss with recordings, parameters or the search. over: rms of the fitted over noise. cut:
     whether recordings can be cut into segments (multiple shooting)."""
-    said = [warning for r in case.recordings for warning in r.warnings]
+    said = list(case.warnings)
     said += [f"{e.name} lies on its bound" for e in found if e.at_bound]
     said += _of_noise(parts, over)
     if outcome.starts > 1 and outcome.reached < FEW * outcome.starts:

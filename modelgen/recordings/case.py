@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -104,6 +104,11 @@ class Case:
         return tuple(r for r in self.recordings if r.role == "holdout")
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was odd about the recordings as they were read."""
+        return tuple(w for r in self.recordings for w in r.warnings)
+
+    @property
     def files(self) -> tuple[Path, ...]:
         """What it was read from: its own file, its recordings', and its model's where that is the user's."""
         stem, python, _ = self.model.partition(".py")
@@ -117,17 +122,22 @@ def load_case(case_file: CaseFile, signature: Signature) -> Case:
     Raises InputError, one line with file and place, for anything that is wrong in the case or its tables.
     """
     _check_names(case_file, signature)
+    recordings = [
+        _load(case_file, spec, name, signature)
+        for spec, name in zip(case_file.recordings, _names(case_file.recordings), strict=True)
+    ]
+    noise = _noise(f"{case_file.path}, [noise]", case_file.noise, signature)
+    if noise.sigma.get(signature.axis) and recordings:
+        said = f"[noise] {signature.axis} counts for nothing: samples are held to be where they say"
+        recordings[0] = replace(recordings[0], warnings=(*recordings[0].warnings, said))
     return Case(
         path=case_file.path,
         model=case_file.model,
-        recordings=tuple(
-            _load(case_file, spec, name, signature)
-            for spec, name in zip(case_file.recordings, _names(case_file.recordings), strict=True)
-        ),
+        recordings=tuple(recordings),
         per_recording=case_file.per_recording,
         constants=case_file.constants,
         bounds=case_file.bounds,
-        noise=_noise(f"{case_file.path}, [noise]", case_file.noise, signature),
+        noise=noise,
         options=case_file.options,
     )
 

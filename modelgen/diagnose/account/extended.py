@@ -38,9 +38,8 @@ def extended(
     if own:
         note += f".\nEach recording has values of its own (per_recording) of {', '.join(own)}"
     if kept:
-        note += (
-            f".\nHow the records began is not held against others: {', '.join(kept)} as in {setting.model.id}"
-        )
+        as_before = f"{', '.join(kept)} {'is' if len(kept) == 1 else 'are'} as in {setting.model.id}"
+        note += f".\nHow the fitted records began is no default: {as_before}"
     write_atomically(path, to_python(model, note=note), parents=True)
     generate(model, out)
     return law, str(path)

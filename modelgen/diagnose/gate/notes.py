@@ -41,13 +41,15 @@ def far_notes(
     outcome: Outcome, unknown: bool, left: Leftover, explained: float, rest: float
 ) -> tuple[str, ...]:
     """How far the rest is from noise, and what the named effects have explained."""
+    if not outcome.best.ids:
+        return ()
     if not unknown:
         says = f": {left.says}" if left.says else "" if rest < LIKE else ": not noise"
         part = f"{explained:.0%}" if explained < FULLY else f"more than {FULLY:.0%}"
         far = f"still left is {rest:.1f} times the noise"
         size = far if rest >= LIKE else "what is left is small, but no noise"
         return (f"the named effects explain {part} of the misfit; {size}{says}",)
-    if outcome.judge.temper == 1.0 or not outcome.best.ids or explained < 1 - FULLY:
+    if outcome.judge.temper == 1.0 or explained < 1 - FULLY:
         return ()
     names = " and ".join(outcome.best.ids)
     return (f"the best that the catalogue has, {names}, explains {explained:.0%} of the misfit",)
