@@ -63,7 +63,7 @@ def _motion(
     from modelgen.recordings.envelope import amplitude, quadrature
     from modelgen.recordings.kinematics import kinematics
 
-    k = kinematics(arrays[model.axis], arrays[of], sigma.get(of, 0.0))
+    k = kinematics(arrays[model.axis], arrays[of], sigma.get(of, 0.0), of)
     found = {
         "rate": lambda: k.v, "acceleration": lambda: k.a, "turning": lambda: k.z_turn,
         "amplitude": lambda: amplitude(k.z), "quadrature": lambda: quadrature(k.z),
