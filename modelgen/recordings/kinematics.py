@@ -48,8 +48,9 @@ class Kinematics:
 
 
 def kinematics(t: ArrayLike, z: ArrayLike, sigma: float | None = None, name: str = "z") -> Kinematics:
-    """Differentiate a displacement record z (n,) taken at increasing times t (n,); sigma: std of its noise; name:
-    what errors call it.
+    """Differentiate a displacement record z (n,) taken at increasing times t (n,).
+
+    sigma: std of its noise. name: what errors call it.
 
     **Which way, and why.** Noise of 3e-4 mm at 4 kHz makes raw differences useless (1.6 mm/s, as large as
     the velocity), and no one filter serves both a 0.1 Hz sine and a record of six samples a period. So:
