@@ -116,9 +116,10 @@ class Effect:
     ids of other physics whose law is the same function of the motion: no recording of this kind tells
     them apart. `instead`: ids that this law is an account instead of, and never beside: free as it is, it
     would take up what their laws are not quite right about. `each`: strengths have a value of their own in
-    each repeat of a sweep, null in the first one unless `first`. `units`: the port's
-    quantity must be in one of these, or a plain number: a magnet pulls with a force. `acts`: at which turn,
-    where several effects are composed: on what those of lower turns have made of the port.
+    each repeat of a sweep, null in the first one unless `first`; with `levels`, in each recording, repeat or
+    not. `units`: the port's quantity must be in one of these, or a plain number: a magnet pulls with a force.
+    `acts`: at which turn, where several effects are composed: on what those of lower turns have made of the
+    port.
     """
 
     id: str

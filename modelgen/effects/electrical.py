@@ -59,7 +59,7 @@ coil_ac_resistance = Effect(
             0.03,
             1.0,
             9,
-            text="1/(μσa²): frequency at which the skin is as deep as the wire's radius a",
+            text="1/(μσa²): frequency at which the skin is √2 times as deep as the wire's radius a",
         ),
     ),
     needs=("omega",),

@@ -114,7 +114,7 @@ def _payne_of_late(model: Model, port: Port, p: Values) -> Model:
         unit=unit_of(model, port["z"]),
         text="its greatest deflection",
     )
-    softer = p["k_l"] / (1 + (peak.symbol / p["A_l"]) ** p["n_l"])
+    softer = p["k_l"] / (1 + Max(peak.symbol / p["A_l"], SLIGHT) ** p["n_l"])
     return model.extend(port.equation, lambda k: k + softer, statements=(peak,))
 
 

@@ -15,7 +15,7 @@ from modelgen.fit.conditions import broken, held_values
 from modelgen.fit.experiment import Experiment, experiment
 from modelgen.fit.farm import Farm
 from modelgen.fit.gauss_newton import GaussNewton
-from modelgen.fit.given import check_given
+from modelgen.fit.given import check_given, check_held
 from modelgen.fit.method import Method, Outcome, Progress, Reason, part
 from modelgen.fit.motion import with_motion
 from modelgen.fit.multistart import MultiStart
@@ -60,6 +60,7 @@ def fit(
     parameters, a start makes no sense, or an executor has no starts to run.
     """
     check_given(model, case, method)
+    check_held(case)
     if executor is not None and not (method is None or isinstance(method, MultiStart)):
         raise InputError("an executor runs the starts of a multi-start, and this method is of one start")
     if isinstance(method, Recipe):
@@ -134,16 +135,9 @@ def predict(ex: Experiment, case: Case, theta: Vector, held: Recording) -> tuple
     what it has of its own.
 
     θ belongs to the layout of `ex`. Parameters with a value in each recording are fitted to it alone.
-    Raises InputError when it is shorter than these are many, or lacks a constant that all others have.
+    Raises InputError when it is shorter than these are many.
     """
     series = make_series(ex.model, case, held)
-    lost = (
-        set.intersection(*(set(s.constants) for s in ex.series)) - set(case.constants) - set(series.constants)
-    )
-    if lost:
-        raise InputError(
-            f"recording '{series.name}': '{min(lost)}' is a constant of every other, but not here"
-        )
     alone = experiment(ex.model, case, [series], ex.function)
     found = dict(
         zip(ex.layout.wrt, ex.local(theta, 0), strict=True)

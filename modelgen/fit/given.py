@@ -23,5 +23,15 @@ def check_given(model: Any, case: Any, method: Any = None) -> None:
         raise InputError(f"method: found {_kind(method)}, wanted one such as mg.PSO(40) >> mg.IPOPT()")
 
 
+def check_held(case: Case) -> None:
+    """Raises InputError where a hold-out lacks a constant that all fitted recordings have, each its own."""
+    everywhere = set.intersection(*(set(r.constants) for r in case.fit)) if case.fit else set()
+    for r in case.holdout:
+        if lost := everywhere - set(case.constants) - set(r.constants):
+            raise InputError(
+                f"recording '{r.name}': '{min(lost)}' is a constant of every other, but not here"
+            )
+
+
 def _kind(x: Any) -> str:
     return repr(x) if isinstance(x, str) else f"something of type {type(x).__name__}"

@@ -172,7 +172,7 @@ def allowing(s: Series, error: MotionError | None) -> Series:
     """A recording whose noise holds errors of its motion."""
     if error is None:
         return s
-    level = np.sqrt(1.0 + np.mean(np.abs(s.whitener.weight), axis=0) ** 2 * error.variance)
+    level = np.sqrt(1.0 + np.abs(s.whitener.weight[0]) ** 2 * error.variance)
     return replace(s, whitener=replace(s.whitener.masked(1.0 / level), smear=error.smear))
 
 
@@ -184,7 +184,7 @@ def with_motion(ex: Experiment, case: Case, recordings: Sequence[Recording], the
     for k, (s, r) in enumerate(zip(ex.series, recordings, strict=True)):
         error = motion_error(ex, case, r, theta, k)
         assert error is not None
-        weight = np.mean(np.abs(s.whitener.weight), axis=0)
+        weight = np.abs(s.whitener.weight[0])
         rows = smears(error.smear, weight)
         slight = float(np.mean(np.sum(rows**2, axis=1))) < SLIGHT
         found.append(s if slight else replace(s, whitener=beside(s.whitener, rows)))

@@ -50,7 +50,8 @@ class MultiStart(Method):
         best = min(ends, key=lambda end: watch.merit(end.theta, end.value))
         interrupted = ends[-1].reason is Reason.INTERRUPTED
         found = watch.outcome(Reason.INTERRUPTED if interrupted else best.reason)
-        enough = found.value * (1 + SAME) + SMALL * problem.value(start)
+        began = problem.value(start)
+        enough = found.value * (1 + SAME) + (SMALL * began if np.isfinite(began) else 0.0)
         reached = sum(end.value <= min(enough, OUTSIDE) for end in ends)
         return replace(
             found, population=np.array([end.theta for end in ends]), reached=reached, starts=len(ends)

@@ -13,7 +13,7 @@ from modelgen.diagnose.hypotheses.setting import Outcome, Setting
 from modelgen.diagnose.noise.noise import outliers_of
 from modelgen.diagnose.verdict import Rms
 from modelgen.errors import InputError
-from modelgen.fit.experiment import Experiment, Layout, make_layout
+from modelgen.fit.experiment import Experiment, make_layout
 from modelgen.fit.fitting import channels
 from modelgen.fit.motion import errors_in_motion
 from modelgen.fit.own import fitted_alone
@@ -48,7 +48,8 @@ def look_at_holdout(setting: Setting, outcome: Outcome, best: Fit, scale: float)
         series, notes = (), (f"hold-out not used: {why}",)
     moved = []
     for s, r in zip(series, records, strict=False):
-        s = _levelled_like(setting.series[0], s, setting.model.axis)
+        told, usual = (setting.case.noise_of(x) for x in (r, setting.case.fit[0]))
+        s = _levelled_like(setting.series[0], s, setting.model.axis, told != usual)
         if setting.model.is_time_model:
             e, theta = predict(outcome.base, s, setting)  # as in the recordings that were fitted
             s = errors_in_motion(replace(e, series=(s,)), setting.case, r, theta, 0)
@@ -128,8 +129,11 @@ def foreseen(judge: Judge, fit: Fit, predicted: Sequence[tuple[Experiment, Array
     return float(np.sqrt(1 + total / (count * scale**2))) if count else float("nan")
 
 
-def _levelled_like(fit: Series, s: Series, axis: str) -> Series:
-    """A held-out recording with the noise of the fit recordings, where that is not (all) stated."""
+def _levelled_like(fit: Series, s: Series, axis: str, differs: bool) -> Series:
+    """A held-out recording with the noise of the fit recordings, where that is not (all) stated, or what is
+    stated `differs`."""
+    if s.stated and differs:
+        return replace(s, turning=fit.turning).spread_by(s.spread) if s.measure == "complex" else s
     if s.measure == fit.measure == "complex":
         s = replace(s, turning=fit.turning).spread_by(fit.spread)
         f, uneven = _over_spread(fit, axis)
@@ -170,21 +174,14 @@ def predict(fit: Fit, s: Series, setting: Setting) -> tuple[Experiment, Array]:
     fitted."""
     e = fit.hypothesis.experiment
     case = replace(setting.case, per_recording=(*setting.case.per_recording, *e.layout.own))
-    layout = make_layout(e.model, case, (s,))
-    other = Experiment(e.model, e.function, _same_order(e, layout), (s,), e.constants)
+    layout = make_layout(e.model, case, (s,), e.layout.wrt)
+    other = Experiment(e.model, e.function, layout, (s,), e.constants)
     names = [n.split("[")[0] for n in other.layout.names]
     there = [dict(zip(e.layout.wrt, e.local(fit.theta, k), strict=True)) for k in range(len(e.series))]
     theta, *others = (np.array([known[n] for n in names]) for known in there)
     own = np.array([n in layout.own for n in names], dtype=bool)
     level = fit.chi2 / max(1, effective(fit.white))
     return other, fitted_alone(other, own, theta, [x[own] for x in others], level)
-
-
-def _same_order(e: Experiment, layout: Layout) -> Layout:
-    """The layout of one recording with the columns that the compiled function has."""
-    names = [n.split("[")[0] for n in layout.names]
-    place = np.array([[names.index(w) for w in e.layout.wrt]])
-    return replace(layout, wrt=e.layout.wrt, place=place)
 
 
 def _rms(model: Model, series: Sequence[Series], raw: Sequence[Array]) -> float:

@@ -22,7 +22,7 @@ from modelgen.diagnose.noise.replica import motion_matters
 from modelgen.diagnose.noise.slow import gain_in_slow_noise
 from modelgen.diagnose.search.screen import Tangent
 from modelgen.fit.pool import share
-from modelgen.fit.whitener import Array
+from modelgen.fit.whitener import Array, Whitener
 from modelgen.language import Model
 
 
@@ -54,7 +54,7 @@ def in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
         blocks = []
         for k, s in enumerate(e.series):
             terms = np.stack(list(make(z[k], v[k], s.inputs[model.axis], force[k])))
-            blocks.append(plain.whiteners[k].apply(terms[None])[0].T)
+            blocks.append(_in_first(plain.whiteners[k], terms, len(s.data)))
         like = Leftover(0.0, 0.0, port, says, (make.__name__,))
         best = _best_of(tangent, np.concatenate(blocks), plain.prior, fit.white, like)
         if make.__name__ == "position":
@@ -80,13 +80,20 @@ def _jump(model: Model, fit: Fit, plain: Judge, tangent: Tangent) -> _Tried:
         t = s.inputs[model.axis]
         starts = np.linspace(0, s.n, MOMENTS + 2)[1:-1].astype(int)
         steps = (np.arange(s.n) >= starts[:, None]).astype(float)
-        columns = plain.whiteners[k].apply(steps[None])[0].T
+        columns = _in_first(plain.whiteners[k], steps, len(s.data))
         blocks.append(np.pad(columns, ((0, 0), (MOMENTS * k, MOMENTS * (len(series) - 1 - k)))))
         moments += [f"a jump of the force at {t[m]:.4g} {unit} in {s.name}" for m in starts]
     port = next((p.name for p in model.ports if p.kind == "force"), "")
     like = Leftover(0.0, 0.0, port, "", (JUMP,))
     best = _best_of(tangent, np.concatenate(blocks), plain.prior, fit.white, like)
     return replace(best, left=replace(best.left, says=moments[best.left.terms[1]], terms=()))
+
+
+def _in_first(w: Whitener, terms: Array, outputs: int) -> Array:
+    """Whitened columns (outputs·n, k) of `terms` (k, n) in the first of a recording's outputs."""
+    there = np.zeros((outputs, *terms.shape))
+    there[0] = terms
+    return np.asarray(w.apply(there).transpose(0, 2, 1).reshape(-1, len(terms)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -103,12 +103,13 @@ def unblurred(thinned: Thinned, fit: Fit, judge: Judge) -> Case | None:
 
 
 def _blocks(case: Case, block: int) -> Case:
-    records = tuple(_averaged(r, block) for r in case.recordings)
-    return replace(case, recordings=records, noise=_quieter(case.noise, block))
+    told = tuple(replace(r, noise=case.noise_of(r)) for r in case.recordings)
+    return replace(case, recordings=tuple(_averaged(r, block) for r in told))
 
 
 def _quieter(noise: Noise, block: int) -> Noise:
-    return replace(noise, sigma={n: s / np.sqrt(block) for n, s in noise.sigma.items()})
+    sigma, relative = ({n: s / np.sqrt(block) for n, s in x.items()} for x in (noise.sigma, noise.relative))
+    return replace(noise, sigma=sigma, relative=relative)
 
 
 def _averaged(r: Recording, block: int) -> Recording:
