@@ -146,11 +146,12 @@ def test_a_speed_of_rotation_may_be_negative(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_what_no_catalogue_holds_is_described_at_the_port_where_it_is_felt() -> None:
-    """A damping that grows with the square of displacement."""
+def test_a_damping_that_depends_on_where_the_mass_is() -> None:
+    """1e6 z² v, of a motion that is not recorded: the law and its size."""
     found = diagnose(recorded("z2v"), oscillator)
-    assert [e.id for e in found.effects] == ["unknown_mechanical"]
-    assert "y and w together" in found.effects[0].says and found.after.fit_over_noise < 1.3
+    assert [e.id for e in found.effects] == ["position_dependent_damping"]
+    size = {p.name: p for p in found.effects[0].parameters}["c_z2"]
+    assert abs(size.value - 1e6) < 4 * size.std < 1e4 and found.after.fit_over_noise < 1.05
 
 
 def test_residuals_of_two_units_are_not_added() -> None:
