@@ -45,3 +45,12 @@ def test_what_is_left_of_nothing_named_is_no_part_of_a_misfit() -> None:
     """Where nobody states it, the noise is taken for what neighbours scatter by on the whole."""
     verdict = diagnose(Case(None, "kelvin_voigt", (pushed(FLOOR),)), kelvin_voigt)
     assert verdict.adequate and not any("named effects" in n for n in verdict.notes)
+
+
+def test_a_handful_of_samples_can_be_judged_by_no_description() -> None:
+    whole = pushed(0.0)
+    few = Recording(
+        "few", None, "fit", {n: x[50:55] for n, x in whole.inputs.items()}, {"F": whole.outputs["F"][50:55]}
+    )
+    verdict = diagnose(Case(None, "kelvin_voigt", (few,), noise=Noise(relative={"F": SHARE})), kelvin_voigt)
+    assert not verdict.effects and "can't be judged" in verdict.summary

@@ -15,7 +15,7 @@ from modelgen.diagnose.account.extended import extended
 from modelgen.diagnose.account.holdout import carries_over, look_at_holdout
 from modelgen.diagnose.account.locate import locate
 from modelgen.diagnose.account.show import port_curve, port_sensitivities, traces
-from modelgen.diagnose.account.words import blind_note, bound_note, enough, holdout_note, summary
+from modelgen.diagnose.account.words import blind_note, bound_note, holdout_note, summary
 from modelgen.diagnose.gate.exact import exact, nothing_left
 from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled, reach
 from modelgen.diagnose.gate.leftover import Leftover
@@ -30,7 +30,7 @@ from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.moderate import moderated
 from modelgen.diagnose.hypotheses.open_shapes import fairly_priced
 from modelgen.diagnose.hypotheses.ranking import Standing, as_ranked, close, standings, weights
-from modelgen.diagnose.hypotheses.refit import Fit, mean_square, plain_white
+from modelgen.diagnose.hypotheses.refit import Fit, enough, mean_square, plain_white
 from modelgen.diagnose.hypotheses.setting import CLOSE, Outcome, Setting, nearest
 from modelgen.diagnose.verdict import Finding, Trial, Verdict
 from modelgen.fit.result import Estimate

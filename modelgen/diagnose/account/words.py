@@ -8,8 +8,7 @@ import numpy as np
 
 from modelgen.diagnose.account.holdout import Held, not_better, taken
 from modelgen.diagnose.gate.gate import Gate
-from modelgen.diagnose.hypotheses.evidence import effective
-from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.diagnose.hypotheses.refit import Fit, enough, spare_values
 from modelgen.diagnose.hypotheses.setting import Outcome, Setting
 from modelgen.diagnose.verdict import Finding
 
@@ -32,20 +31,6 @@ def bound_note(setting: Setting, base: Fit) -> tuple[str, ...]:
         if ends is not None and np.min(np.abs(value - np.array(ends))) <= 1e-6 * min(width, np.abs(value)):
             held.append(f"{p.name} lies on its bound of {value:.4g}")
     return (f"{', '.join(held)}: what seems left out may be what this forbids",) if held else ()
-
-
-FEW = 5
-"""With fewer values to spare than this a fit without misfit says nothing."""
-
-
-def spare_values(fit: Fit) -> int:
-    """Data values beyond the number of fitted parameters."""
-    return effective(fit.white) - fit.parameters
-
-
-def enough(fit: Fit) -> bool:
-    """Whether the data are enough for a fit without misfit to say something."""
-    return spare_values(fit) >= FEW
 
 
 def summary(setting: Setting, findings: Sequence[Finding], held: Held, gate: Gate, best: Fit) -> str:

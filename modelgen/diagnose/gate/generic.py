@@ -10,7 +10,7 @@ from modelgen.diagnose.gate.in_frequency import in_frequency
 from modelgen.diagnose.gate.in_time import in_time
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.tables import together
-from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, enough
 from modelgen.diagnose.search.screen import Tangent
 from modelgen.fit.whitener import Array
 from modelgen.language import Model
@@ -26,9 +26,9 @@ def leftover(model: Model, judge: Judge, fit: Fit, sensitivities: Mapping[str, A
 
 
 def descriptions(model: Model, judge: Judge, fit: Fit, sensitivities: Mapping[str, Array]) -> list[Leftover]:
-    """All that may describe what the fit leaves, one of each kind."""
+    """All that may describe what the fit leaves, one of each kind; of a handful of samples anything would."""
     if model.is_time_model:
-        return in_time(model, judge, fit)
+        return in_time(model, judge, fit) if enough(fit) else []
     if all(s.measure == "real" for s in fit.hypothesis.experiment.series):
         return [together(judge, fit)]
     return in_frequency(judge, fit, Tangent.of(*judge.tangent(fit)), sensitivities)

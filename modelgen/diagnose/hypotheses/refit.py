@@ -55,6 +55,20 @@ class Fit:
         return self.hypothesis.ids
 
 
+FEW = 5
+"""With fewer values to spare than this a fit without misfit says nothing."""
+
+
+def spare_values(fit: Fit) -> int:
+    """Data values beyond the number of fitted parameters."""
+    return effective(fit.white) - fit.parameters
+
+
+def enough(fit: Fit) -> bool:
+    """Whether the data are enough for a fit without misfit to say something."""
+    return spare_values(fit) >= FEW
+
+
 def plain_white(fit: Fit) -> list[Array]:
     """Residuals of a fit, recording by recording, over the noise's level, colour left in."""
     e = fit.hypothesis.experiment
