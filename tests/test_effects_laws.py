@@ -429,14 +429,12 @@ def test_logarithmic_creep_ladder() -> None:
     assert np.abs(ladder(lambda arms: arms.logarithm(), x) - np.log(1j * x)).max() < 0.013
 
 
-@pytest.mark.parametrize(("alpha", "error"), [(0.3, 2e-3), (0.6, 5e-3), (0.75, 0.03)])
+@pytest.mark.parametrize(("alpha", "error"), [(0.2, 6e-3), (0.3, 4e-3), (0.6, 0.01), (0.75, 0.06)])
 def test_relaxing_springpot_ladder_has_cole_and_coles_response(alpha: float, error: float) -> None:
     x = np.geomspace(0.1, 1e3, 200)
     exact = 1 / (1 + (1j * x * 0.05) ** -alpha)
-    off = ladder(lambda arms: arms.relaxation(sp.Float(alpha), sp.Float(0.05)), x) - exact
-    A = np.stack([np.ones_like(x), 1j * x], axis=1)  # the spring and the dashpot that the model has itself
-    both = np.concatenate([A.real, A.imag]), np.concatenate([off.real, off.imag])
-    assert np.abs(both[1] - both[0] @ np.linalg.lstsq(*both, rcond=None)[0]).max() < error
+    found = ladder(lambda arms: arms.relaxation(sp.Float(alpha), sp.Float(0.05)), x)
+    assert np.abs(found / exact - 1).max() < error
 
 
 def test_springpot_in_time_creeps_by_its_power() -> None:

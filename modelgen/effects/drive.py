@@ -15,6 +15,8 @@ from sympy import Symbol
 from modelgen.effects.effect import ANY, RARER, UPON, Effect, Shape, Strength, Values
 from modelgen.language import Equation, Implicit, Model, Parameter, Port, Statement, im, j, re, sqrt
 
+UNDAMPED = 1e-12
+"""Share of |Z|² that limits the search for the amplitude where nothing else does, R = 0."""
 HARMONIC = "A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations (1979), sec. 4.1; first harmonic"
 DRIVE = Parameter(
     "drive", "1", 1.0, (1e-6, 1e6), "level of the drive over that of the other records", known=True
@@ -66,7 +68,7 @@ def _cubic(model: Model, port: Port, p: Values) -> Model:
 
     def solve(u: Any, R: Any, X: Any, square: Any) -> tuple[Any, Any]:
         g = kappa * u / (w**3 * square**2)
-        return u * ((1 - g * X) ** 2 + (g * R) ** 2) - 1, (0, 2 * square / R**2)
+        return u * ((1 - g * X) ** 2 + (g * R) ** 2) - 1, (0, 2 * square / (R**2 + UNDAMPED * square))
 
     return _at_drive(
         model, port, p, "cubic_stiffness", solve, lambda u, square: kappa * u / (j * w**3 * square)

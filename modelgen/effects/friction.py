@@ -8,13 +8,15 @@ from sympy import Symbol
 
 from modelgen.effects.clearance import within
 from modelgen.effects.effect import ANY, RARER, Effect, Shape, Strength, Values, add, change
-from modelgen.language import Abs, Equation, Model, Parameter, Port, State, exp, log, sign, sqrt, tanh
+from modelgen.language import Abs, Equation, Max, Model, Parameter, Port, State, exp, log, sign, sqrt, tanh
 
 DAHL = "P. R. Dahl, Aerospace Corp. TOR-0158(3107-18)-1 (1968); MRE paper, eq. 8–9"
 STRENGTHENING = (
     "J. H. Dieterich, J. Geophys. Res. 84 (1979) 2161; J. R. Rice, N. Lapusta, K. Ranjith, J. Mech. Phys. "
     "Solids 49 (2001) 1865: velocity strengthening"
 )
+LEAST = 0.02
+"""Level that friction does not fall below along the stroke: below zero it would drive the motion."""
 SLIPPED = Parameter(
     "second_dahl_element_past", "1", 0.0, (-1.0, 1.0), "state of the second element at the first sample"
 )
@@ -185,7 +187,7 @@ position_friction = Effect(
     "friction grows or falls along the stroke, as a guide gets tighter",
     "B. Armstrong-Hélouvry, Control of Machines with Friction (1991), ch. 4",
     (Strength("kappa", "1/({z})", bounds=ANY, text="relative slope of the friction level"),),
-    change(lambda h, at, p: h * (1 + p["kappa"] * at["z"])),
+    change(lambda h, at, p: h * Max(1 + p["kappa"] * at["z"], LEAST)),
     needs=("z",),
     common=0.5,
 )
@@ -209,7 +211,11 @@ asymmetric_friction = Effect(
     ("friction",),
     "friction is greater in one direction than in the other",
     "B. Armstrong-Hélouvry, Control of Machines with Friction (1991), ch. 4",
-    (Strength("delta", "1", bounds=ANY, text="half the difference of the two levels over their mean"),),
+    (
+        Strength(
+            "delta", "1", bounds=(-0.95, 0.95), text="half the difference of the two levels over their mean"
+        ),
+    ),
     change(lambda h, at, p: h * (1 + p["delta"] * sign(at["r"]))),
     needs=("r",),
     common=0.5,

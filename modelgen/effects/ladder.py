@@ -25,6 +25,9 @@ Slower arms act as a spring, faster ones as a dashpot, each with a part of the o
 next order is right, too: the sum errs by less than 0.3 % from 4 × the lowest to 1/4 of the highest rate,
 over 7.2 decades."""
 
+BEYOND = 8
+"""Arms on each side of the ladder whose weights are summed up one by one."""
+
 MEMORY = ("z", "z_prev", "v", "t", "t_prev")
 TINY = 1e-30  # keeps (1 − e^(−x))/x finite at the first sample, where no time has passed
 
@@ -110,7 +113,6 @@ class Ladder:
         """(jω/unit_omega)^α z: weights (sin πα/π) step s_i^α, and geometric sums for what lies beyond the
         ladder."""
         reach = self.step * (self.count - 1)
-        top = self.rate * number_exp(reach)
         lowest = sin(pi * alpha) / pi * self.step * (self.rate / Symbol("unit_omega", real=True)) ** alpha
         highest = lowest * exp(alpha * reach)
         slower = [lowest / (exp((n + alpha) * self.step) - 1) for n in (0, 1)]
@@ -118,10 +120,15 @@ class Ladder:
         total = self.stretch(self.count - 1)
         for i in reversed(range(self.count - 1)):  # Horner's scheme: one exponential
             total = total * exp(alpha * self.step) + self.stretch(i)
-        total = lowest * total
-        total += slower[1] * self.stretch(0) + faster[1] * self.stretch(self.count - 1)
+        return lowest * total + self._beyond(slower, faster)
+
+    def _beyond(self, slower: list[Any], faster: list[Any]) -> Any:
+        """What the arms beyond both ends add: Σ w and Σ w s/s_0 of the `slower` ones, Σ w s_top/s and
+        Σ w (s_top/s)² of the `faster` ones."""
+        top = self.rate * number_exp(self.step * (self.count - 1))
         return (
-            total
+            slower[1] * self.stretch(0)
+            + faster[1] * self.stretch(self.count - 1)
             + (slower[0] - slower[1]) * (self.port["z"] - self.rest)
             + (faster[0] - faster[1]) / top * self.port["v"]
         )
@@ -142,14 +149,26 @@ class Ladder:
     def relaxation(self, alpha: Any, tau: Any) -> Any:
         """x/(1 + x) z with x = (jωτ)^α, by its spectrum over ln s: sin πα/π / ((sτ)^α + (sτ)^−α + 2 cos πα).
 
-        The rule errs by some 2 e^(−2π² (1/α − 1)/STEP), 3 % at α = 3/4. What lies beyond the ladder is a
-        spring and a dashpot.
+        The rule errs by some 2 e^(−2π² (1/α − 1)/STEP), 3 % at α = 3/4. The spectrum goes on for BEYOND arms
+        on both sides of the ladder, and as powers of s from there, e^(±α ln s).
         """
-        total = 0
-        for i in range(self.count):
+
+        def weight(i: int) -> Any:
             x = (self.rate * number_exp(self.step * i) * tau) ** alpha
-            total += self.stretch(i) / (x + 1 / x + 2 * cos(pi * alpha))
-        return self.step * sin(pi * alpha) / pi * total
+            return 1 / (x + 1 / x + 2 * cos(pi * alpha))
+
+        def beyond(edge: int, way: int, moment: int) -> Any:
+            """Σ w e^(−moment STEP n), n = 1 … ∞ steps from the arm at the `edge`."""
+            last = weight(edge + way * BEYOND) * number_exp(-moment * BEYOND * self.step)
+            near = (
+                weight(edge + way * n) * number_exp(-moment * n * self.step) for n in range(1, BEYOND + 1)
+            )
+            return sum(near) + last / (exp((moment + alpha) * self.step) - 1)
+
+        total = sum(weight(i) * self.stretch(i) for i in range(self.count))
+        slower = [beyond(0, -1, moment) for moment in (0, 1)]
+        faster = [beyond(self.count - 1, 1, moment) for moment in (1, 2)]
+        return self.step * sin(pi * alpha) / pi * (total + self._beyond(slower, faster))
 
     def add(self, force: Any, text: str) -> Model:
         """The model with the arms and their `force` at the port."""

@@ -9,7 +9,7 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.effect import ANY, Apply, Effect, Shape, Strength, Values
-from modelgen.effects.friction import STRENGTHENING, asymmetric_friction, position_friction
+from modelgen.effects.friction import LEAST, STRENGTHENING, asymmetric_friction, position_friction
 from modelgen.effects.motion import way
 from modelgen.effects.start import at_start
 from modelgen.language import Abs, Equation, Max, Model, Port, State, exp, log, sign
@@ -142,9 +142,6 @@ relaxing_friction = Effect(
     needs=("r", "t", "t_prev"),
 )
 
-LEAST = 0.02
-"""Level that friction does not fall below along the stroke."""
-
 
 def _along(model: Model, port: Port, p: Values) -> Model:
     z = port["z"]
@@ -174,7 +171,7 @@ def _one_way(model: Model, port: Port, p: Values) -> Model:
 asymmetric_slip = replace(
     asymmetric_friction,
     says="friction is greater in one direction than in the other; its stiffness before slip stays",
-    strengths=(replace(asymmetric_friction.strengths[0], name="delta_v", bounds=(-0.95, 0.95)),),
+    strengths=(replace(asymmetric_friction.strengths[0], name="delta_v"),),
     apply=_one_way,
     needs=("z", "z_turn", "r"),
 )

@@ -94,7 +94,7 @@ def _slanted(s: Series, f: Array, white: Array) -> Series:
     plain = _differences(white, np.ones(s.n))
     if plain[0].size < FEWEST:
         return s
-    shapes = [np.ones(s.n), *_along(f, plain)]
+    shapes = [np.ones(s.n), *_along(f, plain, white)]
     seen = [_differences(white, x) for x in shapes]
     tries = [_deviance(square, shape) for square, shape in seen]
     best = int(np.argmin([d for d, _ in tries]))
@@ -104,18 +104,18 @@ def _slanted(s: Series, f: Array, white: Array) -> Series:
     return replace(s, whitener=s.whitener.scaled(np.maximum(factor, 1.0) if s.stated else factor))
 
 
-def _along(f: Array, seen: tuple[Array, Array]) -> list[Array]:
+def _along(f: Array, seen: tuple[Array, Array], white: Array) -> list[Array]:
     """Variances (n,) that go with a power of the frequency; or that step at one, as the squares `seen` of
     differences are there over what is expected: an instrument's other range, vibrations of the building
     below, an amplifier's noise above."""
     over = f / np.sqrt(f.min() * f.max())
     found = [over ** (2 * p) for p in POWERS]
-    square = seen[0] / seen[1]
+    square, at = seen[0] / seen[1], np.flatnonzero(_unmasked(white)) + ORDER // 2
     for share in STEPS:
         k = int(share * square.shape[1])
         low, high = (float(np.median(x)) for x in (square[:, :k], square[:, k:]))
         if min(low, high) > EVER * max(low, high):
-            found.append(np.where(np.arange(len(f)) < k + ORDER // 2, low / high, 1.0))
+            found.append(np.where(np.arange(len(f)) < at[k], low / high, 1.0))
     return found
 
 
@@ -123,8 +123,14 @@ def _differences(white: Array, other: Array) -> tuple[Array, Array]:
     """Squares of differences of residuals (channels, n), and what they are where the variance is `other`."""
     weights = np.array([comb(ORDER, k) ** 2 for k in range(ORDER + 1)]) / comb(2 * ORDER, ORDER)
     square = np.diff(white, ORDER) ** 2 / comb(2 * ORDER, ORDER)
-    used = np.all(np.lib.stride_tricks.sliding_window_view(white, ORDER + 1, axis=1) != 0, axis=(0, 2))
+    used = _unmasked(white)
     return square[:, used], np.convolve(other, weights, "valid")[used]
+
+
+def _unmasked(white: Array) -> Array:
+    """(n − ORDER,) whether a difference holds no sample that is left out."""
+    windows = np.lib.stride_tricks.sliding_window_view(white, ORDER + 1, axis=1)
+    return np.asarray(np.all(windows != 0, axis=(0, 2)))
 
 
 def _parts(white: Array, shapes: Array, known: int) -> Array | None:
@@ -153,7 +159,7 @@ def _along_rather(white: Array, f: Array, shapes: Array, known: int, found: Arra
     alone = np.eye(len(shapes))[known]
     two = _parts(white, shapes[:2], known) if found[2] > 0 else None
     for less in (alone, *([] if two is None else [np.append(two, 0.0)])):
-        along = _along(f, _differences(white, less @ shapes))
+        along = _along(f, _differences(white, less @ shapes), white)
         if min(_deviance(*_differences(white, less @ shapes * x))[0] for x in along) < best:
             return None if less is alone else less
     return found
