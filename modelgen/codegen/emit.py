@@ -129,7 +129,9 @@ def _tapes(text: str) -> Literal["none", "some", "all"]:
 def _render(
     program: Program, stages: Stages, prefix: str, kernels: list[Kernel], roots: list[Any]
 ) -> tuple[str, str]:
-    text = "\n".join([*(k.code for k in kernels), *(line for r in roots for line in r["body"])])
+    text = "\n".join(
+        [*(k.code for k in kernels), *(line for r in roots for line in (*r["body"], *r["results"]))]
+    )
     used = {name for line in text.split("\n") if not is_tape(line) for name in re.findall(r"\bmg_\w+", line)}
     if {"mg_eddy_factor", "mg_eddy_deficit"} & used:
         used.add("mg_complex")

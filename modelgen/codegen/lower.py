@@ -111,7 +111,7 @@ class Lowering:
         rated = [s for s in self.model.states if s.rate is not None]
         if self.first:
             for state in self.model.states:
-                t.env[state.name] = t.sx(state.initial)
+                t.env[state.name] = self._real(t, state, state.initial)
         elif self.part is not None:
             self.values = self._integrated(rated)
             return
@@ -123,17 +123,31 @@ class Lowering:
                 if t.is_complex(s.expr):
                     t.complex_names.add(s.name)
             elif isinstance(s, Implicit):
-                t.env[s.name] = self._implicit(s)
+                t.env[s.name] = self._implicit(s, t)
             elif not self.first:
-                t.env[s.name] = t.same(s.name, t.env[s.name] if s.update is None else t.sx(s.update))
+                new = t.env[s.name] if s.update is None else self._real(t, s, s.update)
+                t.env[s.name] = t.same(s.name, new)
             self.values[s.name] = t.env[s.name]
 
-    def _implicit(self, s: Implicit) -> Any:
-        t = self.translator
-        if t.is_complex(s.residual):
-            raise InputError(f"model '{self.model.id}': implicit equation '{s.name}' must be real")
+    def _real(self, t: Translator, s: State | Implicit, expr: Any) -> Any:
+        """The SX of what must be real in a statement."""
+        if t.is_complex(expr):
+            raise InputError(
+                f"model '{self.model.id}', '{s.name}': {expr} is complex, wanted a real number; states and "
+                "roots are real: carry re(…) and im(…), each by itself"
+            )
+        return t.sx(expr)
+
+    def _implicit(self, s: Implicit, t: Translator) -> Any:
         free = sorted({x.name for x in s.residual.free_symbols} - {s.name})
-        args = tuple(t.env[n] for n in free) + tuple(t.sx(b) for b in s.bracket)
+        complex_ones = [n for n in free if n in t.complex_names]
+        if complex_ones or t.is_complex(s.residual):
+            raise InputError(
+                f"model '{self.model.id}', implicit equation '{s.name}': its residual holds "
+                f"'{(*complex_ones, 'j')[0]}', which is complex; write the real numbers that it needs, such "
+                "as re(…), as equations before it"
+            )
+        args = tuple(t.env[n] for n in free) + tuple(self._real(t, s, b) for b in s.bracket)
         call = Call(
             f"solve_{s.name}",
             ca.SX.sym(s.name),
@@ -184,16 +198,20 @@ class Lowering:
 
     def _rates(self, rated: list[State], env: dict[str, Any]) -> list[Any]:
         t = self.translator
-        inner = Translator(dict(env), t.complex_names, t.j, t.calls, t._known)
+        inner = Translator(dict(env), set(t.complex_names), t.j, t.calls, t._known)
         wanted = {s.name for s in rated}
         for s in self.model.statements:
-            if isinstance(s, Equation) and {x.name for x in s.expr.free_symbols} <= set(inner.env):
+            known = {x.name for e in expressions(s) for x in e.free_symbols} - {s.name} <= set(inner.env)
+            if known and isinstance(s, Equation):
                 inner.env[s.name] = inner.sx(s.expr)
-            if s.name in wanted:
-                wanted.discard(s.name)
+                if inner.is_complex(s.expr):
+                    inner.complex_names.add(s.name)
+            elif known and isinstance(s, Implicit):
+                inner.env[s.name] = self._implicit(s, inner)
+            wanted.discard(s.name)
             if not wanted:
                 break
-        return [inner.sx(s.rate) for s in rated]
+        return [self._real(inner, s, s.rate) for s in rated]
 
     def tangent(self, exprs: list[Any]) -> Any:
         """d(exprs)/d(directions), SX of shape (len(exprs), directions), with calls and old states chained
@@ -251,14 +269,10 @@ def fitted_statements(model: Model) -> list[Statement]:
 
 
 def _has_nonholomorphic(model: Model) -> bool:
-    """Whether a value that Jacobians need passes through |·|, arg, re or im on its way."""
-    wanted = set(primary_outputs(model))
-    for s in reversed(model.statements):
-        if s.name in wanted and isinstance(s, Equation):
-            wanted |= {x.name for x in s.expr.free_symbols}
-            if s.expr.has(*NONHOLOMORPHIC):
-                return True
-    return False
+    """Whether a value that Jacobians need passes through |·|, arg, re or im of something complex, maybe."""
+    if not any(isinstance(p, ComplexParameter) for p in model.parameters):
+        return False
+    return any(e.has(*NONHOLOMORPHIC) for s in fitted_statements(model) for e in expressions(s))
 
 
 def primary_outputs(model: Model) -> tuple[str, ...]:

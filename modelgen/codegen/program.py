@@ -113,7 +113,8 @@ def build_program(model: Model, wrt: Sequence[str], brief: bool = False) -> Prog
         step = replace(step, part=_part(low.part, low.pattern))
     outputs = primary_outputs(model)
     is_complex = tuple(step.equations[o][1] is not None for o in outputs)
-    roots = tuple(_root(c.residual) for c in low.step.translator.calls if c.residual is not None)
+    residuals = {c.function: c.residual for c in low.step.translator.calls if c.residual is not None}
+    roots = tuple(map(_root, residuals.values()))
     return Program(model, wrt, outputs, is_complex, step, first, roots)
 
 

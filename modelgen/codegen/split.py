@@ -101,8 +101,8 @@ class Complex:
         return self._tidy(half_log, self.g.binary("atan2", self.im(a), self.re(a)))
 
     def power(self, a: Pair, n: Pair) -> Pair:
-        """Principal value of a^n for complex a and real n; 1/2 without an angle."""
-        exponent = self.g.value(self.re(n))
+        """Principal value of a^n; of a real n = 1/2 without an angle."""
+        exponent = self.g.value(self.re(n)) if n[1] is None else None
         if exponent == 0.5:
             return self.sqrt(a)
         if exponent is not None and exponent == int(exponent) and 0 < abs(exponent) <= 8:
@@ -113,20 +113,20 @@ class Complex:
         return self.exp(self.mul(n, self.log(a)))
 
     def sqrt(self, a: Pair) -> Pair:
-        """√a = u + j v with u = √((|a| + re)/2), v = ±√((|a| − re)/2)."""
-        size, half = self.re(self.modulus(a)), self.g.const(0.5)
-        zero = self.g.const(0.0)
-        u = self.g.unary(
-            "sqrt",
-            self.g.binary("fmax", zero, self.g.binary("mul", half, self.g.binary("add", size, self.re(a)))),
-        )
-        v = self.g.unary(
-            "sqrt",
-            self.g.binary("fmax", zero, self.g.binary("mul", half, self.g.binary("sub", size, self.re(a)))),
-        )
-        negative = self.g.binary("lt", self.im(a), zero)
-        two_v = self.g.binary("ifz", negative, self.g.binary("mul", self.g.const(2.0), v))
-        return self._tidy(u, self.g.binary("sub", v, two_v))
+        """√a: its larger part √((|a| + |re|)/2), the other |im| over twice that: nothing cancels."""
+        g, zero, size = self.g, self.g.const(0.0), self.re(self.modulus(a))
+        half = g.binary("mul", g.const(0.5), g.binary("add", size, g.unary("fabs", self.re(a))))
+        large = g.unary("sqrt", half)
+        ratio = g.binary("div", g.unary("fabs", self.im(a)), g.binary("add", large, large))
+        small = g.binary("ifz", g.binary("lt", zero, large), ratio)
+        ahead = g.binary("le", zero, self.re(a))
+        u, v = self._chosen(ahead, large, small), self._chosen(ahead, small, large)
+        return self._tidy(u, self._chosen(g.binary("lt", self.im(a), zero), g.unary("neg", v), v))
+
+    def _chosen(self, condition: int, a: int, b: int) -> int:
+        """a where the condition, 0 or 1, holds, else b."""
+        g = self.g
+        return g.binary("add", g.binary("ifz", condition, a), g.binary("ifz", g.unary("not", condition), b))
 
     def jpow(self, w: Pair, n: Pair) -> Pair:
         """(j w)^n = w^n (cos(nπ/2) + j sin(nπ/2)) for real w > 0, real n."""
@@ -155,19 +155,23 @@ class Complex:
         return self.sinh_cosh(self.times_j(a))[1]
 
     def tanh(self, a: Pair) -> Pair:
-        """tanh x = (1 − e^(−2x))/(1 + e^(−2x)), with the exponential of the negative half plane: no
-        overflow."""
+        """tanh (x + jy) = (sinh 2x + j sin 2y)/(cosh 2x + cos 2y), each times 2 e^(−2|x|): no overflow, and
+        nothing cancels but at poles."""
         if a[1] is None:
             return (self.g.unary("tanh", self.re(a)), None)
-        flip = self.g.binary(
-            "sub",
-            self.g.const(1.0),
-            self.g.binary("mul", self.g.const(2.0), self.g.binary("lt", self.re(a), self.g.const(0.0))),
+        g, one = self.g, self.g.const(1.0)
+        twice = g.binary("mul", g.const(-2.0), g.unary("fabs", self.re(a)))
+        faded, angle = g.unary("exp", twice), g.binary("mul", g.const(2.0), a[1])
+        double = g.binary("add", faded, faded)
+        gone = g.unary("neg", g.unary("expm1", g.binary("add", twice, twice)))
+        below = g.binary(
+            "add",
+            g.binary("add", one, g.binary("mul", faded, faded)),
+            g.binary("mul", double, g.unary("cos", angle)),
         )
-        s: Pair = (flip, None)
-        e = self.exp(self.mul(self.mul(a, s), self.const(-2.0)))
-        one = self.const(1.0)
-        return self.mul(s, self.div(self.sub(one, e), self.add(one, e)))
+        x = g.binary("div", g.binary("mul", g.unary("sign", self.re(a)), gone), below)
+        y = g.binary("div", g.binary("mul", double, g.unary("sin", angle)), below)
+        return self._tidy(x, y)
 
     def tan(self, a: Pair) -> Pair:
         return self.neg(self.times_j(self.tanh(self.times_j(a))))

@@ -26,13 +26,16 @@ PLAIN: dict[Any, Any] = {
     sp.floor: ca.floor, sp.ceiling: ca.ceil, sp.erf: ca.erf, expm1: ca.expm1,
 }  # fmt: skip
 NEEDS_REAL = (
-    sp.Abs, sp.log, sp.sign, sp.atan2, sp.floor, sp.ceiling, sp.asin, sp.acos, sp.atan, sp.erf, expm1,
+    sp.Abs, sp.log, sp.sign, sp.atan2, sp.floor, sp.ceiling, sp.asin, sp.acos, sp.atan, sp.asinh,
+    sp.acosh, sp.atanh, sp.erf, expm1,
 )  # fmt: skip
 NONHOLOMORPHIC = (sp.Abs, sp.arg, sp.re, sp.im)
 RELATION = {
     sp.StrictLessThan: ca.lt, sp.LessThan: ca.le, sp.StrictGreaterThan: ca.gt, sp.GreaterThan: ca.ge,
     sp.Equality: ca.eq, sp.Unequality: ca.ne,
 }  # fmt: skip
+WIDE = (sp.Abs, fn.cpow, fn.clog)
+"""Functions that take complex numbers, too, of those that SX does not or that are the language's own."""
 SAME = "same"
 
 
@@ -105,7 +108,7 @@ class Translator:
             return self._piecewise(e, memo)
         if isinstance(e, (sp.Max, sp.Min)):
             if any(self.is_complex(a) for a in e.args):
-                raise InputError(f"complex numbers have no order, in {e}")
+                raise InputError(f"complex numbers have no order, in {e}; compare re(…) or Abs(…)")
             pick = ca.fmax if isinstance(e, sp.Max) else ca.fmin
             total = self.sx(e.args[0], memo)
             for a in e.args[1:]:
@@ -158,6 +161,8 @@ class Translator:
 
     def _condition(self, c: Any, memo: dict[Any, Any]) -> Any:
         if isinstance(c, Relational):
+            if self.is_complex(c.lhs) or self.is_complex(c.rhs):
+                raise InputError(f"complex numbers have no order, in {c}; compare re(…) or Abs(…)")
             return RELATION[type(c)](self.sx(c.lhs, memo), self.sx(c.rhs, memo))
         if isinstance(c, sp.Not):
             return ca.logic_not(self._condition(c.args[0], memo))
@@ -178,6 +183,8 @@ class Translator:
         arguments_complex = any(self.is_complex(a) for a in e.args)
         if kind is sp.log and arguments_complex:
             return self._function(fn.clog(e.args[0]), memo)
+        if arguments_complex and (kind in NEEDS_REAL or kind.__module__ == fn.__name__) and kind not in WIDE:
+            raise InputError(f"{kind.__name__} takes real numbers, found a complex one, in {e}")
         if kind in (sp.re, sp.im) and not arguments_complex:
             return self.sx(e.args[0], memo) if kind is sp.re else 0.0
         if kind in PLAIN and not (arguments_complex and kind in NEEDS_REAL):

@@ -7,7 +7,21 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.effect import ANY, Effect, Shape, Strength, Values, unit_of
-from modelgen.language import Equation, Model, Parameter, Port, State, Statement, cos, exp, im, pi, re, sin
+from modelgen.language import (
+    Equation,
+    Max,
+    Model,
+    Parameter,
+    Port,
+    State,
+    Statement,
+    cos,
+    exp,
+    im,
+    pi,
+    re,
+    sin,
+)
 from modelgen.language.model import substituted
 
 WHOLE = (
@@ -106,7 +120,7 @@ def _resists(model: Model, port: Port, more: Any, before: tuple[Statement, ...] 
     if not there:
         return model.extend(port.equation, lambda Z: Z + more, statements=before)
     unit = unit_of(model, R)
-    warm = Equation(table[R].name, R + more, unit, text="resistance as the coil is warm")
+    warm = Equation(table[R].name, Max(R + more, 0), unit, text="resistance as the coil is warm")
     first = there[0]
     ports = tuple(
         replace(q, variables=tuple((n, x.xreplace(table)) for n, x in q.variables)) for q in model.ports

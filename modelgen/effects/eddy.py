@@ -34,11 +34,7 @@ solid_pole = Effect(
     "R. L. Stoll, The Analysis of Eddy Currents (1974), ch. 3: solid cylinder, 2 J1(x)/(x J0(x))",
     (Strength("L_3", "{port}*s", text="inductance by the flux in the pole, at low frequency"),),
     change(lambda Z, at, p: Z + j * at["omega"] * p["L_3"] * eddy_factor(at["omega"] / p["omega_3"])),
-    (
-        Shape(
-            "omega_3", "rad/s", "omega", 0.01, 1.0, 8, text="where the skin is as deep as the pole's radius"
-        ),
-    ),
+    (Shape("omega_3", "rad/s", "omega", 0.01, 1.0, 8, text="where the skin is √2 times the pole's radius"),),
     needs=("omega",),
 )
 
@@ -71,7 +67,7 @@ solid_plate = Effect(
     "R. L. Stoll, The Analysis of Eddy Currents (1974), ch. 2: plate; J. Vanderkooy, JAES 37 (1989) 119",
     (Strength("L_p", "{port}*s", text="inductance by the flux in the plate, at low frequency"),),
     add(_plate),
-    (replace(solid_pole.shapes[0], name="omega_p", text="where the skin is as deep as half the plate"),),
+    (replace(solid_pole.shapes[0], name="omega_p", text="where the skin is √2 times half the plate"),),
     needs=("omega",),
     common=RARER,
 )

@@ -133,10 +133,18 @@ setting_in = Effect(
     "the coil's resistance grows with the square of frequency and above omega_c with a lower power, and its "
     "inductance stays as it is",
     "usual fit of tabulated ac resistances, R_c ((1 + (ω/ω_c)²)^(X/2) − 1)",
-    (Strength("R_c", "{port}", text="resistance at ω_c, but for a factor of about a half"),),
+    (Strength("R_c", "{port}", text="resistance at ω_c over 2^(X_c/2) − 1"),),
     add(lambda at, p: p["R_c"] * ((1 + (at["omega"] / p["omega_c"]) ** 2) ** (p["X_c"] / 2) - 1)),
     (
-        Shape("omega_c", "rad/s", "omega", 0.1, 1.0, 6, text="where the skin is as deep as the wire"),
+        Shape(
+            "omega_c",
+            "rad/s",
+            "omega",
+            0.1,
+            1.0,
+            6,
+            text="corner, where the skin is about as deep as the wire",
+        ),
         Shape("X_c", "1", "1", 0.4, 1.2, 2, log=False, text="exponent above; 1/2 for a thin skin"),
     ),
     needs=("omega",),

@@ -18,6 +18,7 @@ from modelgen.codegen.integrate import Slopes, rosenbrock, runge_kutta
 from modelgen.errors import InputError
 from modelgen.language import Equation, Implicit, Model, State
 from modelgen.language.derived import values_before
+from modelgen.language.meant import expressions
 from modelgen.language.quantities import BACKWARD
 
 DIGITS = 40
@@ -187,10 +188,11 @@ def _slope(f: Callable[[Any], list[Any]]) -> list[Any]:
 
 def _rates(model: Model, rated: Sequence[State], env: dict[str, Any]) -> list[Any]:
     for s in model.statements:
-        if isinstance(s, Equation):
-            names = {x.name for x in s.expr.free_symbols}
-            if names and names <= set(env):
-                env[s.name] = _value(s.expr, env)
+        names = {x.name for e in expressions(s) for x in e.free_symbols}
+        if isinstance(s, Equation) and names <= set(env):
+            env[s.name] = _value(s.expr, env)
+        elif isinstance(s, Implicit) and names - {s.name} <= set(env):
+            env[s.name] = _root(s, env)
     return [_value(s.rate, env) for s in rated]
 
 
