@@ -23,7 +23,7 @@ from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, recor
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
 from modelgen.diagnose.noise.between import smoothly_driven, smoothly_moved
 from modelgen.diagnose.noise.bridged import bridged
-from modelgen.diagnose.noise.glitches import laid_open, rather, uncovered
+from modelgen.diagnose.noise.glitches import laid_open, rather, uncovered, unexplained
 from modelgen.diagnose.noise.history import had_rested, unrested
 from modelgen.diagnose.noise.noise import marked
 from modelgen.diagnose.noise.resolved import unresolved
@@ -61,11 +61,12 @@ def diagnose(
     check_held(case)
     warm()
     catalogue = (*CATALOGUE, *(effects or ()))
+    model = whole(model)
     check_effects(effects or (), model, {k for e in CATALOGUE for k in e.kinds})
     # fits share the cores already; threads of small matrices wait for each other, ten times as long on a busy
     # machine
     with threadpool_limits(1, "blas"), _seldom_collected():
-        return _diagnosed(case, whole(model), catalogue, effects or (), progress, out, seed)
+        return _diagnosed(case, model, catalogue, effects or (), progress, out, seed)
 
 
 @contextmanager
@@ -105,8 +106,11 @@ def _diagnosed(
         progress(0.9, "deciding")
     turned = opposed(model, case, ground.base, outcome.best, seed)
     idle = unused(own, model, setting.additions)
-    notes = (*notes, *idle, *marked(ground.series, ground.marks), *turned)
-    return conclude(setting, notes, ground.marks, ground.oddity, outcome, out, begun)
+    marks = ground.marks
+    if ground.oddity is None:
+        marks = unexplained(outcome.best, ground.bare, marks)
+    notes = (*notes, *idle, *marked(ground.series, marks), *turned)
+    return conclude(setting, notes, marks, ground.oddity, outcome, out, begun)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from modelgen.diagnose.gate.hum import hum
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.oddities import mains, saturation
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts
 from modelgen.diagnose.noise.floor import no_finer_than_rounded, parted, slanted
 from modelgen.diagnose.noise.frame import framed
 from modelgen.diagnose.noise.glitches import bursts, by_chance
@@ -55,7 +55,8 @@ def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> 
     judge = white_judge(series)
     fit, others = fit_base(base[0], judge, seed)
     f = [s.inputs[model.axis] for s in series]
-    spread = parted(framed(series, fit), f, plain_white(fit))
+    raw = [fit.hypothesis.experiment.raw(fit.theta, k) for k in range(len(series))]
+    spread = parted(framed(series, fit), f, raw)
     if any(a is not b for a, b in zip(series, spread, strict=True)):
         series, base = spread, make_hypotheses(model, case, spread, [()])
         judge = white_judge(series)
@@ -71,14 +72,19 @@ def prepare(model: Model, case: Case, seed: int, seen: Sequence[Array] = ()) -> 
     bare = series if model.is_time_model else no_finer_than_rounded(_levelled(_referred(series, fit), fit))
     series = masked(bare, marks)
     if not model.is_time_model:
+        if any(m.any() for m in marks):  # which may have bent the base
+            fit = _again(model, case, series, fit, seed)
         raw = [fit.hypothesis.experiment.raw(fit.theta, k) for k in range(len(series))]
-        white = [s.whitener.apply(e) for s, e in zip(series, raw, strict=True)]
-        series = slanted(series, f, white)
-    base = make_hypotheses(model, case, series, [()])
-    judge = white_judge(series)
-    starts = ([fit.theta], base_starts(base[0], seed, 4))
-    fit = soundest([judge.fit(base[0], some) for some in starts])
-    return Ground(series, bare, fit, judge, marks, oddity, others)
+        series = slanted(series, f, raw)
+    fit = _again(model, case, series, fit, seed)
+    return Ground(series, bare, fit, white_judge(series), marks, oddity, others)
+
+
+def _again(model: Model, case: Case, series: tuple[Series, ...], before: Fit, seed: int) -> Fit:
+    """The base fitted to `series`, from where it was before and from a few starts more."""
+    (base,), judge = make_hypotheses(model, case, series, [()]), white_judge(series)
+    starts = ([before.theta], base_starts(base, seed, 4))
+    return soundest([judge.fit(base, some) for some in starts])
 
 
 def _marks(judge: Judge, fit: Fit, e: Experiment) -> tuple[Array, ...]:

@@ -96,6 +96,8 @@ def assess(problem: Problem, theta: ArrayLike, *, estimate_noise: bool = False) 
 def _split(unit: Matrix) -> tuple[Matrix, Matrix]:
     """The open directions (p, q), orthonormal, and the inverse of unitᵀ unit (p, p) on the others."""
     p = unit.shape[1]
+    if not p:
+        return np.zeros((0, 0)), np.zeros((0, 0))
     _, s, Vt = np.linalg.svd(unit, full_matrices=unit.shape[0] < p)
     s = np.append(s, np.zeros(p - s.size))
     seen = s > BLIND * s[0]

@@ -281,7 +281,8 @@ def free(layout: Layout, theta: Array, shapes: Collection[str] = (), pasts: Coll
     its end; on a bound that says no more than where a search stops, a parameter costs like any other."""
     ends = [p.bounds for p in layout.parameters]
     none = [0.0 in b and abs(x) <= max(map(abs, b)) / 2 for b, x in zip(ends, theta.tolist(), strict=True)]
-    return int(np.count_nonzero(moving(layout, theta, shapes) | ~(none | is_past(layout, pasts))))
+    nothing = np.array(none, dtype=bool) | is_past(layout, pasts)
+    return int(np.count_nonzero(moving(layout, theta, shapes) | ~nothing))
 
 
 def base_starts(h: Hypothesis, seed: int, count: int = 8) -> list[Array]:

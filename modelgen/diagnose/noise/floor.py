@@ -7,7 +7,8 @@ How neighbours scatter says how large the noise is wherever |Z| is large or smal
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from math import comb
 
 import numpy as np
@@ -26,6 +27,10 @@ GROWS = (0, 1, 2)
 ammeter's floor δI, which is δZ = Z δI/I with I = V/Z."""
 SHARES = tuple(np.geomspace(1e-3, 1e3, 25))
 """Variances of another part of the noise, over those before at its median, that are tried."""
+MORE = 1.5
+"""Times the least variance that counts as more."""
+ALTERNATE = -0.5
+"""Correlation of neighbouring differences above which a residual is no independent noise."""
 SURE = 20.0
 """By how much −2 ln of the likelihood must fall."""
 FEWEST = 40
@@ -40,26 +45,71 @@ STEPS = tuple(np.arange(0.05, 0.96, 0.05))
 """Shares of the samples below a frequency at which the noise may step."""
 
 
-def parted(series: Sequence[Series], f: Sequence[Array], white: Sequence[Array]) -> tuple[Series, ...]:
+@dataclass(frozen=True, eq=False)
+class Scatter:
+    """How the residuals e (channels, n) of a fit scatter between neighbours, against a noise of `variance`
+    (n,); `used`, (n − ORDER,): differences that hold no sample which is left out.
+
+    Residuals are taken as they are: weights hold noise of their own, by which a large misfit would scatter.
+    """
+
+    e: Array
+    variance: Array
+    used: Array
+
+    @classmethod
+    def of(cls, s: Series, e: Array) -> Scatter:
+        weight = np.abs(np.atleast_2d(s.whitener.weight)[0])
+        there = (weight > 0) & np.all(e != 0, axis=0)  # exact numbers have no noise
+        used = np.all(np.lib.stride_tricks.sliding_window_view(there, ORDER + 1), axis=1)
+        return cls(e, 1 / np.where(there, weight, 1.0) ** 2, used)
+
+    @cached_property
+    def square(self) -> Array:
+        """Squares of differences, those that are used."""
+        return np.asarray(np.diff(self.e, ORDER)[:, self.used] ** 2 / comb(2 * ORDER, ORDER))
+
+    def expected(self, shape: Array) -> Array:
+        """What they are where the variance is `shape` (n,) times the known one."""
+        weights = np.array([comb(ORDER, k) ** 2 for k in range(ORDER + 1)]) / comb(2 * ORDER, ORDER)
+        return np.asarray(np.convolve(self.variance * shape, weights, "valid")[self.used])
+
+    def deviance(self, shape: Array) -> tuple[float, float]:
+        """−2 ln of the likelihood of a variance that goes as `shape` (n,), and its level."""
+        return _deviance(self.square, self.expected(shape))
+
+    def alternates(self, shape: Array) -> bool:
+        """Whether residuals scatter as independent noise where the variance `shape` (n,), over the known one,
+        is larger than elsewhere: differences of noise alternate, by −0.8 from one to the next, and those of a
+        resonance that was missed do not."""
+        more = np.asarray(shape > MORE * shape.min())[ORDER // 2 : -(ORDER // 2)][self.used]
+        both = more[1:] & more[:-1]
+        d = np.diff(self.e, ORDER)[:, self.used] / np.sqrt(self.expected(shape))
+        here, there = (np.clip(x[:, both], -LONE, LONE) for x in (d[:, 1:], d[:, :-1]))
+        return bool(np.sum(here * there) <= ALTERNATE * np.sqrt(np.sum(here**2) * np.sum(there**2)))
+
+
+def parted(series: Sequence[Series], f: Sequence[Array], raw: Sequence[Array]) -> tuple[Series, ...]:
     """Complex series at frequencies f with an absolute noise, a relative one, and that of an ammeter, as far
-    as `white`, residuals of a first fit over the noise as stated, scatter so.
+    as `raw`, residuals of a first fit, scatter so.
 
     What is stated stands: noise is no less than that.
     """
-    return tuple(map(_parted, series, f, white))
+    return tuple(map(_parted, series, f, raw))
 
 
-def _parted(s: Series, f: Array, white: Array) -> Series:
+def _parted(s: Series, f: Array, e: Array) -> Series:
     if s.measure != "complex" or s.n < FEWEST or np.count_nonzero(s.spread) > 1:
         return s
     known = int(np.argmax(s.spread))
     shapes = np.array([s.size ** (2.0 * (p - known)) for p in GROWS])
     typical = np.median(shapes, axis=1)
     shapes /= typical[:, None]
-    found = _parts(white, shapes, known)
+    scatter = Scatter.of(s, e)
+    found = _parts(scatter, shapes, known)
     if found is not None:
-        found = _along_rather(white, f, shapes, known, found)
-    if found is None:
+        found = _along_rather(scatter, f, shapes, known, found)
+    if found is None or not scatter.alternates(found @ shapes):
         return s
     found[known] = max(found[known], 1.0 if s.stated else 0.0)
     absolute, relative, inverse = map(float, s.spread[known] * np.sqrt(found / typical))
@@ -82,35 +132,34 @@ def _no_finer(s: Series) -> Series:
     return s.spread_by((step, relative, inverse))
 
 
-def slanted(series: Sequence[Series], f: Sequence[Array], white: Sequence[Array]) -> tuple[Series, ...]:
-    """Sweeps whose noise goes with a power of the frequency, or steps at one, where `white`, residuals over
-    the noise as known, scatter so. What is stated stands: noise is no less than that."""
-    return tuple(map(_slanted, series, f, white))
+def slanted(series: Sequence[Series], f: Sequence[Array], raw: Sequence[Array]) -> tuple[Series, ...]:
+    """Sweeps whose noise goes with a power of the frequency, or steps at one, where the residuals `raw`
+    scatter so. What is stated stands: noise is no less than that."""
+    return tuple(map(_slanted, series, f, raw))
 
 
-def _slanted(s: Series, f: Array, white: Array) -> Series:
+def _slanted(s: Series, f: Array, e: Array) -> Series:
     if s.measure not in ("complex", "modulus") or s.n < FEWEST:
         return s
-    plain = _differences(white, np.ones(s.n))
-    if plain[0].size < FEWEST:
+    scatter = Scatter.of(s, e)
+    if scatter.square.size < FEWEST:
         return s
-    shapes = [np.ones(s.n), *_along(f, plain, white)]
-    seen = [_differences(white, x) for x in shapes]
-    tries = [_deviance(square, shape) for square, shape in seen]
+    shapes = [np.ones(s.n), *_along(f, scatter, np.ones(s.n))]
+    tries = [scatter.deviance(x) for x in shapes]
     best = int(np.argmin([d for d, _ in tries]))
-    if (tries[0][0] - tries[best][0]) / ALIKE < SURE:
+    if (tries[0][0] - tries[best][0]) / ALIKE < SURE or not scatter.alternates(shapes[best]):
         return s
     factor = np.sqrt(tries[best][1] * shapes[best])
     return replace(s, whitener=s.whitener.scaled(np.maximum(factor, 1.0) if s.stated else factor))
 
 
-def _along(f: Array, seen: tuple[Array, Array], white: Array) -> list[Array]:
-    """Variances (n,) that go with a power of the frequency; or that step at one, as the squares `seen` of
-    differences are there over what is expected: an instrument's other range, vibrations of the building
-    below, an amplifier's noise above."""
+def _along(f: Array, scatter: Scatter, shape: Array) -> list[Array]:
+    """Variances (n,) that go with a power of the frequency; or that step at one, as the residuals scatter
+    there over what `shape` (n,) says: an instrument's other range, vibrations of the building below, an
+    amplifier's noise above."""
     over = f / np.sqrt(f.min() * f.max())
     found = [over ** (2 * p) for p in POWERS]
-    square, at = seen[0] / seen[1], np.flatnonzero(_unmasked(white)) + ORDER // 2
+    square, at = scatter.square / scatter.expected(shape), np.flatnonzero(scatter.used) + ORDER // 2
     for share in STEPS:
         k = int(share * square.shape[1])
         low, high = (float(np.median(x)) for x in (square[:, :k], square[:, k:]))
@@ -119,25 +168,10 @@ def _along(f: Array, seen: tuple[Array, Array], white: Array) -> list[Array]:
     return found
 
 
-def _differences(white: Array, other: Array) -> tuple[Array, Array]:
-    """Squares of differences of residuals (channels, n), and what they are where the variance is `other`."""
-    weights = np.array([comb(ORDER, k) ** 2 for k in range(ORDER + 1)]) / comb(2 * ORDER, ORDER)
-    square = np.diff(white, ORDER) ** 2 / comb(2 * ORDER, ORDER)
-    used = _unmasked(white)
-    return square[:, used], np.convolve(other, weights, "valid")[used]
-
-
-def _unmasked(white: Array) -> Array:
-    """(n − ORDER,) whether a difference holds no sample that is left out."""
-    windows = np.lib.stride_tricks.sliding_window_view(white, ORDER + 1, axis=1)
-    return np.asarray(np.all(windows != 0, axis=(0, 2)))
-
-
-def _parts(white: Array, shapes: Array, known: int) -> Array | None:
-    """(parts,) variances of whitened residuals (2, n) that go like `shapes` (parts, n); None where the
+def _parts(scatter: Scatter, shapes: Array, known: int) -> Array | None:
+    """(parts,) variances over the known one that go like `shapes` (parts, n); None where the
     `known` part alone says as much. One after the other is taken in, or takes the place of all."""
-    seen = [_differences(white, x) for x in shapes]
-    square, expected = seen[0][0], np.array([x for _, x in seen])
+    square, expected = scatter.square, np.array([scatter.expected(x) for x in shapes])
     if square.size < FEWEST:
         return None
     units = np.eye(len(shapes))
@@ -152,15 +186,15 @@ def _parts(white: Array, shapes: Array, known: int) -> Array | None:
         least, level, parts = best
 
 
-def _along_rather(white: Array, f: Array, shapes: Array, known: int, found: Array) -> Array | None:
+def _along_rather(scatter: Scatter, f: Array, shapes: Array, known: int, found: Array) -> Array | None:
     """The `found` parts; fewer where a noise that goes with the frequency does better beside these: a
     resonance is at some frequencies only, too. None for the `known` part alone."""
-    best = _deviance(*_differences(white, found @ shapes))[0]
+    best = scatter.deviance(found @ shapes)[0]
     alone = np.eye(len(shapes))[known]
-    two = _parts(white, shapes[:2], known) if found[2] > 0 else None
+    two = _parts(scatter, shapes[:2], known) if found[2] > 0 else None
     for less in (alone, *([] if two is None else [np.append(two, 0.0)])):
-        along = _along(f, _differences(white, less @ shapes), white)
-        if min(_deviance(*_differences(white, less @ shapes * x))[0] for x in along) < best:
+        along = _along(f, scatter, less @ shapes)
+        if min(scatter.deviance(less @ shapes * x)[0] for x in along) < best:
             return None if less is alone else less
     return found
 

@@ -12,6 +12,7 @@ from modelgen.diagnose.hypotheses.refit import Fit, Judge, moving
 from modelgen.diagnose.hypotheses.setting import ALARM
 from modelgen.diagnose.noise.noise import FITS, GROSS, outliers_of
 from modelgen.fit.series import Array, Series
+from modelgen.fit.whitener import Whitener
 
 HIDDEN = 100.0
 """Squares of newly found outliers, over the noise, that are worth a second search."""
@@ -88,6 +89,20 @@ def uncovered(best: Fit, bare: Sequence[Series], marks: Sequence[Array]) -> list
     return found if new > max(HIDDEN, PART * left) else None
 
 
+def unexplained(best: Fit, bare: Sequence[Series], marks: Sequence[Array]) -> tuple[Array, ...]:
+    """`marks` without samples that the best law explains: they stood alone in what the base missed. bare: the
+    records with outliers."""
+    e, found = replace(best.hypothesis.experiment, series=tuple(bare)), []
+    for k, (s, m) in enumerate(zip(bare, marks, strict=True)):
+        square = np.mean(s.whitener.apply(e.raw(best.theta, k)) ** 2, axis=0)
+        found.append(m & (square > ORDINARY**2))
+    return tuple(found)
+
+
+ORDINARY = 4.0
+"""Times the noise that a sample is off at most which needs no other account."""
+
+
 def rather(judge: Judge, best: Fit, without: Fit) -> bool:
     """Whether what was found first is by far the better account of all samples, those too that were taken out
     for the one found `without` them: each counts no more than an outlier does, as a narrow resonance may have
@@ -133,10 +148,11 @@ def bursts(judge: Judge, base: Fit) -> list[Array]:
     """(n,) bool of each recording: runs of samples that begin and end abruptly, against a base that is fitted
     as if errors had a Cauchy distribution, t of one degree of freedom (K. L. Lange, R. J. A. Little, J. M. G.
     Taylor, J. Am. Stat. Assoc. 84 (1989) 881): least squares would be bent to them."""
-    squares = [np.sum(e**2, axis=0) for e in base.white]
     if base.chi2 < FITS**2 * effective(base.white):
-        return [np.zeros(len(x), dtype=bool) for x in squares]
-    h, theta, plain = base.hypothesis, base.theta, [replace(w, root=None, ar=None) for w in judge.whiteners]
+        return [np.zeros(e.shape[1], dtype=bool) for e in base.white]
+    h, theta = base.hypothesis, base.theta
+    plain = [_evened(replace(w, root=None, ar=None)) for w in judge.whiteners]
+    squares = [np.sum(e**2, axis=0) for e in h.experiment.whitened(theta, plain)]
     for _ in range(ROUNDS):
         share = [(1 + x / max(float(np.median(x)), 1e-300)) ** -0.5 for x in squares]
         eased = replace(judge, whiteners=tuple(w.masked(x) for w, x in zip(plain, share, strict=True)))
@@ -144,6 +160,20 @@ def bursts(judge: Judge, base: Fit) -> list[Array]:
         white = h.experiment.whitened(theta, plain)
         squares = [np.sum(e**2, axis=0) for e in white]
     return [abrupt(x) for x in squares]
+
+
+def _evened(w: Whitener) -> Whitener:
+    """`w` by which no few samples weigh far more than those about them: noise that is relative is small where
+    a glitch made the value small."""
+    from scipy.ndimage import median_filter
+
+    weight = np.abs(np.atleast_2d(w.weight)[0])
+    around = HEAVY * median_filter(weight, 4 * BURST + 1)
+    return w.masked(np.minimum(1.0, around / np.maximum(weight, 1e-300)))
+
+
+HEAVY = 3.0
+"""Times the weight of those about it that a sample has at most."""
 
 
 def abrupt(square: Array) -> Array:
