@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from modelgen.diagnose.verdict import Finding, Rms, Verdict
@@ -43,7 +44,8 @@ def _effects(effects: tuple[Finding, ...]) -> Table:
 
 def _parameter(p: Estimate, effect: Finding) -> str:
     name = p.name.removeprefix(f"{effect.id}_")
-    return f"{name} = {words.measured(p.value, p.std)} {words.unit_text(p.unit)}".rstrip()
+    told = "" if math.isfinite(p.std) or p.at_bound else " (not determined)"
+    return f"{name} = {words.measured(p.value, p.std)} {words.unit_text(p.unit)}".rstrip() + told
 
 
 def _fits(verdict: Verdict) -> Table:

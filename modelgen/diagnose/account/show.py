@@ -54,9 +54,10 @@ def port_sensitivities(setting: Setting, base: Fit) -> dict[str, Array]:
     from modelgen.diagnose.hypotheses.probe import probe
 
     found: dict[str, Array] = {}
+    seen: set[str] = set()
     for port in setting.model.ports:
-        name = KINDS.get(port.kind)
-        if name is None or name in found:
+        side = KINDS.get(port.kind)
+        if side is None or side in seen or port.name in found:
             continue
         (h,) = make_hypotheses(setting.model, setting.case, setting.series, [(probe(port),)]) or (None,)
         if h is None:
@@ -67,7 +68,8 @@ def port_sensitivities(setting: Setting, base: Fit) -> dict[str, Array]:
         for k, s in enumerate(h.experiment.series):
             _, jac = h.experiment.prepared[k].jacobian(h.experiment.local(theta, k), s.measure)
             parts.append(jac[0, index] + 1j * jac[1, index])
-        found[name] = np.concatenate(parts)
+        found[port.name] = np.concatenate(parts)
+        seen.add(side)
     return found
 
 
@@ -83,7 +85,7 @@ def port_curve(
     raw = [best.hypothesis.experiment.raw(best.theta, k) for k in range(len(setting.series))]
     left = np.concatenate([-(e[0] + 1j * e[1]) for e in raw])
     law = _law(setting, best, slope, name)
-    equation = next(p.equation for p in setting.model.ports if KINDS.get(p.kind) == name)
+    equation = next(p.equation for p in setting.model.ports if p.name == name and p.kind in KINDS)
     x = np.concatenate([s.inputs[setting.model.axis] for s in setting.series])
     sigma = np.concatenate([1 / np.maximum(np.abs(s.whitener.weight), 1e-300) for s in setting.series])
     order = np.argsort(x, kind="stable")

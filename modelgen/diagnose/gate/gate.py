@@ -16,7 +16,7 @@ from modelgen.diagnose.gate.line import gained_beside
 from modelgen.diagnose.gate.meter import distorted
 from modelgen.diagnose.gate.narrow import narrow
 from modelgen.diagnose.gate.not_stated import not_stated
-from modelgen.diagnose.gate.notes import beside_note, far_notes, noise_words
+from modelgen.diagnose.gate.notes import beside_note, far_notes, level_note, noise_words
 from modelgen.diagnose.gate.rivals import LEFT, as_leftover, nearer, outdone
 from modelgen.diagnose.gate.unlisted import best_unlisted, refused, with_rivals
 from modelgen.diagnose.gate.wholly import FAR, but_noise, wholly_described
@@ -109,12 +109,8 @@ def judge_adequacy(
         unknown, left = True, whole
         floor = min(floor, quiet) if setting.model.is_time_model else floor
     rival = None if whole is not None else outdone(setting, outcome)
-    other = None if unknown else _imitated(setting, outcome, sensitivities) or narrow(outcome)
-    notes: tuple[str, ...] = ()
-    if oddity is not None and not best.hypothesis.added:
-        other = oddity
-    elif oddity is not None and other is None and not unknown:
-        notes += (oddity.says,)
+    other, notes = (None, ()) if unknown else _imitating(setting, outcome, sensitivities, oddity)
+    other = oddity if oddity is not None and not best.hypothesis.added else other
     more = None if unknown or other is not None or rival is not None else not_stated(setting, outcome)
     if other is not None or more is not None:
         unknown, left = True, other or more or left
@@ -133,7 +129,17 @@ def judge_adequacy(
     tied = best if lead is not None and lead < CLOSE else None
     probability = _probability(left, structured, more is not None, lead)
     scale = float(np.sqrt(floor))
+    notes += level_note(scale) if stated and not far else ()
     return Gate(unknown, left, probability, floor, scale, words, notes, fit, tied, beside)
+
+
+def _imitating(
+    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], oddity: Leftover | None
+) -> tuple[Leftover | None, tuple[str, ...]]:
+    """What named effects imitate, if anything; else what is said of outliers that have a common cause."""
+    other = _imitated(setting, outcome, sensitivities) or narrow(outcome)
+    told = oddity is not None and bool(outcome.best.hypothesis.added) and other is None
+    return other, (oddity.says,) if told and oddity is not None else ()
 
 
 def _probability(left: Leftover, structured: bool, may_be_noise: bool, lead: float | None) -> float:

@@ -55,6 +55,21 @@ def far_notes(
     return (f"the best that the catalogue has, {names}, explains {explained:.0%} of the misfit",)
 
 
+def level_note(scale: float) -> tuple[str, ...]:
+    """By how much the residual that is taken for noise is more, or less, than what was stated."""
+    if abs(np.log(scale)) < np.log(NOTED):
+        return ()
+    more = "; if that is right, something is still missing which nothing here explains better"
+    return (
+        f"what is left is {scale:.2g} times the noise that is stated, and is counted as the noise"
+        f"{more if scale > 1 else ''}",
+    )
+
+
+NOTED = 1.15
+"""Times the stated noise, or as much less, from which it is said that the noise was another."""
+
+
 def noise_words(setting: Setting, outcome: Outcome, after: float, stated: bool) -> str:
     """How large and how coloured the best hypothesis' residual is."""
     colour = [w for w in outcome.judge.whiteners if w.order]
