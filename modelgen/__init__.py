@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
+from inspect import signature
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -74,6 +75,12 @@ class _Verb(ModuleType):
         """The function that is called, whose arguments `inspect.signature` and editors show."""
         name = self.__name__.rpartition(".")[2]
         return getattr(import_module(_VERBS[name]), name)
+
+    @property
+    def __doc__(self) -> str:  # type: ignore[override]
+        """What `help` shows first."""
+        verb = self.__wrapped__
+        return f"{verb.__name__}{signature(verb)}\n\n{verb.__doc__}"
 
     def __call__(self, *args: Any, **settings: Any) -> Any:
         return self.__wrapped__(*args, **settings)

@@ -113,7 +113,7 @@ def prove(
     noise: Annotated[str, typer.Option(help="kinds of noise, with commas; all")] = "",
     domain: Annotated[str, typer.Option(help="impedance, gmm, force, stiffness, with commas; all")] = "",
     keep: Annotated[Path, typer.Option(help="folder for trials, digests and missed cases")] = Path("proof"),
-    real: Annotated[Path, typer.Option(help="folder of measured cases")] = Path("../shared/data"),
+    real: Annotated[Path | None, typer.Option(help="folder of measured cases")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="12 trials, no measured recordings")] = False,
     limit: Annotated[float, typer.Option(help="seconds for one diagnosis")] = 300.0,
 ) -> None:

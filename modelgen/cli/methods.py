@@ -25,6 +25,8 @@ METHODS: dict[str, Callable[..., Method]] = {
 _LINK = re.compile(r"\s*([A-Za-z_-]+)\s*(?:\(\s*(?:(\w+)\s*=\s*)?(\d*)\s*\))?\s*")
 
 
+_NAME = re.compile(r"\s*([A-Za-z_-]*)")
+
 RECIPES = tuple(f"gmm-{k}{paper}" for paper in ("", "-paper") for k in (1, 2, 3))
 
 
@@ -41,8 +43,12 @@ def read_method(text: str) -> Method | Recipe | None:
         return recipe
     whole: Method | None = None
     for link in text.split(">>") if text.strip() else ():
+        if not link.strip():
+            raise InputError(f"--method: '{text}': a method is wanted before and after each >>")
         found = _LINK.fullmatch(link)
-        name = _spelled(found[1]) if found else ""
+        name = _spelled((found or _NAME.match(link) or [""] * 2)[1])
+        if not found and name in METHODS:
+            raise InputError(f"--method: {link.strip()}: wanted {name} or {name}(a whole number)")
         if not found or name not in METHODS:
             hint = did_you_mean(link, METHODS) or f"; it is one of {', '.join((*METHODS, *RECIPES))}"
             raise InputError(f"--method: unknown method '{link.strip()}'{hint}")

@@ -71,9 +71,13 @@ class Wish:
         return ({"secret": "own"} if self.secret else drawn) | {"code": about.fingerprint()}
 
 
+MEASURED_CASES = Path("../shared/data")
+"""Where measured cases are looked for that nobody names."""
+
+
 def prove_command(
     trials: int, seed: int, jobs: int, html: Path | None, json: Path | None, markdown: Path | None,
-    secret: Path | None, noise: str, domain: str, keep: Path, real: Path, quick: bool, limit: float,
+    secret: Path | None, noise: str, domain: str, keep: Path, real: Path | None, quick: bool, limit: float,
 ) -> int:  # fmt: skip
     """The command's options as a wish. Returns the exit status."""
     if trials < 0 or jobs < 0:
@@ -82,7 +86,9 @@ def prove_command(
         raise InputError(f"--limit {limit:g}: a positive number of seconds is wanted")
     if secret is not None and not secret.is_dir():
         return prove_secret(secret, json, limit)
-    measured = None if quick or secret is not None else real
+    if real is not None and not real.is_dir():
+        raise InputError(f"--real {real}: no such folder, wanted one with a folder for each measured case")
+    measured = None if quick or secret is not None else real or MEASURED_CASES
     wish = Wish(
         QUICK if quick else trials, seed, jobs or os.cpu_count() or 1, _listed(noise) or NOISES,
         _listed(domain) or DOMAINS, keep if secret is None else keep / "own", limit, measured, secret,

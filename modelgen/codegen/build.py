@@ -53,6 +53,8 @@ def build(model: Model, wrt: Sequence[str] | None = None, *, wait: bool = False)
     """
     if not isinstance(model, Model):
         raise InputError(f"build: found {model!r}, wanted a Model, such as mg.models.modified_dahl")
+    if isinstance(wrt, str):
+        raise InputError(f"build: wrt is the text {wrt!r}, wanted a list of names, [{wrt!r}]")
     function = _build(model, default_wrt(model) if wrt is None else tuple(wrt))
     if wait:
         function.tiers.library()

@@ -153,6 +153,8 @@ class Function:
                     f"parameter '{name}' of model '{model.id}' must be one number, "
                     f"found shape {np.shape(value)}"
                 )
+            if isinstance(value, complex | str):
+                raise InputError(f"parameter '{name}' of model '{model.id}' is {value!r}, wanted a number")
         from modelgen.codegen.inputs import complete_inputs
 
         sampled, shape = complete_inputs(model, {n: given[n] for n in inputs if n in given})

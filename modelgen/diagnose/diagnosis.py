@@ -34,7 +34,7 @@ from modelgen.diagnose.verdict import Verdict
 from modelgen.diagnose.whole_ports import whole
 from modelgen.effects import Effect
 from modelgen.effects.kinds import unknown_kinds
-from modelgen.fit.given import check_given, check_held
+from modelgen.fit.given import check_given, check_held, check_seed
 from modelgen.fit.series import Series
 from modelgen.language import Model
 from modelgen.recordings import Case
@@ -58,6 +58,7 @@ def diagnose(
     from modelgen.effects import CATALOGUE
 
     check_given(model, case)
+    check_seed(seed)
     check_held(case)
     warm()
     catalogue = (*CATALOGUE, *(effects or ()))

@@ -25,6 +25,8 @@ def _check_kinds(effects: Sequence[Effect], model: Model, known: set[str]) -> No
     for e in effects:
         if not isinstance(e, Effect):
             raise InputError(f"effects: found {e!r}, wanted an Effect")
+        if isinstance(e.kinds, str):
+            raise InputError(f"effect '{e.id}': kinds is text, wanted a tuple of them: ({e.kinds!r},)")
         if e.acts not in tuple(TURNS):
             raise InputError(f"effect '{e.id}': acts is {e.acts!r}, wanted {', '.join(TURNS.values())}")
         if not (known | here) & set(e.kinds):

@@ -91,7 +91,7 @@ MODES = (
     ),
     _hung(
         5,
-        ": a part of the mass that is known, which swings at its own frequency",
+        ": a part of the mass itself, which swings at its own frequency",
         second_mode.source,
         _within,
         Shape("Q_5", "1", "1", 1.0, 500.0, 3, text="its quality factor"),

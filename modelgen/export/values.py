@@ -53,6 +53,9 @@ def parse_fixed(model: Model, given: Sequence[str]) -> dict[str, float]:
             raise InputError(f"--fix {text}: '{value}' is not a number; wanted NAME=VALUE") from None
         if not math.isfinite(found[known]):
             raise InputError(f"--fix {text}: a finite number is wanted")
+        low, high = model.parameter(known).bounds
+        if not low <= found[known] <= high:
+            raise InputError(f"--fix {text}: outside the bounds of '{known}', [{low:g}, {high:g}]")
     return found
 
 

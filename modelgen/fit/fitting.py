@@ -15,7 +15,7 @@ from modelgen.fit.conditions import broken, held_values
 from modelgen.fit.experiment import Experiment, experiment
 from modelgen.fit.farm import Farm
 from modelgen.fit.gauss_newton import GaussNewton
-from modelgen.fit.given import check_given, check_held
+from modelgen.fit.given import check_given, check_held, check_seed
 from modelgen.fit.method import Method, Outcome, Progress, Reason, part
 from modelgen.fit.motion import with_motion
 from modelgen.fit.multistart import MultiStart
@@ -60,6 +60,7 @@ def fit(
     parameters, a start makes no sense, or an executor has no starts to run.
     """
     check_given(model, case, method)
+    check_seed(seed)
     check_held(case)
     if executor is not None and not (method is None or isinstance(method, MultiStart)):
         raise InputError("an executor runs the starts of a multi-start, and this method is of one start")
@@ -169,6 +170,8 @@ def _started(problem: Problem, start: Mapping[str, float] | None) -> Problem:
         places = [k for k, n in enumerate(problem.names) if n == name or n.startswith(f"{name}[")]
         if not places:
             raise InputError(f"start: '{name}' is not a free parameter{did_you_mean(name, problem.names)}")
+        if isinstance(value, str) or np.ndim(value) or not np.isreal(value):
+            raise InputError(f"start: '{name}' is {value!r}, wanted a number")
         begin[places] = value
     return replace(problem, start=begin)
 

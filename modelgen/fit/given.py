@@ -23,6 +23,12 @@ def check_given(model: Any, case: Any, method: Any = None) -> None:
         raise InputError(f"method: found {_kind(method)}, wanted one such as mg.PSO(40) >> mg.IPOPT()")
 
 
+def check_seed(seed: Any) -> None:
+    """Raises InputError for a seed that is no whole number from 0."""
+    if isinstance(seed, bool) or not hasattr(seed, "__index__") or seed < 0:
+        raise InputError(f"seed: found {seed!r}, wanted a whole number from 0")
+
+
 def check_held(case: Case) -> None:
     """Raises InputError where a hold-out lacks a constant that all fitted recordings have, each its own."""
     everywhere = set.intersection(*(set(r.constants) for r in case.fit)) if case.fit else set()

@@ -13,6 +13,7 @@ from modelgen.fit.whitener import Array, Whitener
 from modelgen.language import Model
 from modelgen.recordings import Case, Channel, Recording, Signature
 from modelgen.recordings.case import Noise
+from modelgen.recordings.convert import is_time
 
 Spread = tuple[float, float, float]
 """Noise of impedances: absolute, relative, and absolute noise of their inverse, as an ammeter's floor."""
@@ -87,6 +88,8 @@ def signature_of(model: Model) -> Signature:
     for o in model.outputs:
         s = model[o.name]
         two_parts = hasattr(s, "expr") and is_complex(s.expr)  # a state is real
+        if two_parts and is_time(model.inputs[0].unit):
+            raise InputError(f"model '{model.id}': its output '{o.name}' is complex, and runs over time")
         outputs.append(Channel(o.name, s.unit, two_parts, o.measured_as))
     return Signature(
         model.id,
@@ -163,6 +166,8 @@ def _channels(model: Model, recording: Recording, found: Sequence[str]) -> tuple
 
 def _check_motion(model: Model, case: Case, recording: Recording) -> None:
     """What a rate is taken of moves, in one of the recordings at least: it may be held in others."""
+    if model.is_time_model and recording.n < 2:
+        raise InputError(f"recording '{recording.name}': one sample only, wanted a record over time")
     for of in {i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"}:
         recorded = [r.inputs[of] for r in (recording, *case.fit) if of in r.inputs and r.inputs[of].size]
         if recorded and not any(np.ptp(x) for x in recorded):

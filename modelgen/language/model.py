@@ -22,6 +22,7 @@ from modelgen.language.quantities import (
     Parameter,
     State,
     Statement,
+    Symbolic,
     expression,
     previous,
 )
@@ -106,7 +107,13 @@ class Model:
         from modelgen.language.meant import meant
 
         for key in ("inputs", "parameters", "statements", "outputs", "ports", "conditions"):
-            object.__setattr__(self, key, tuple(getattr(self, key)))
+            given = getattr(self, key)
+            if isinstance(given, str) or not isinstance(given, Iterable) or isinstance(given, Symbolic):
+                raise InputError(
+                    f"model '{self.id}': {key} is of type {type(given).__name__}, wanted a tuple of them, "
+                    f"({key[:-1]},) for one"
+                )
+            object.__setattr__(self, key, tuple(given))
         outputs = tuple(Output(o) if isinstance(o, str) else o for o in self.outputs)
         object.__setattr__(self, "outputs", outputs)
         for key, found in meant(self).items() if not self.checked else ():

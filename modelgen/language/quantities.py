@@ -75,6 +75,21 @@ class Parameter(Symbolic):
     known: bool = False
     part: tuple[str, str] | None = None
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.default is not None:
+            _number(self, "default", self.default, "a number or None")
+        pair = self.bounds
+        if not isinstance(pair, tuple | list) or len(pair) != 2:
+            raise InputError(f"parameter '{self.name}': bounds are {pair!r}, wanted (low, high)")
+        for end in pair:
+            _number(self, "bounds", end, "two numbers, (low, high)")
+
+
+def _number(p: Parameter, what: str, value: object, wanted: str) -> None:
+    if isinstance(value, str | bytes | bool | complex | list | tuple) or not hasattr(value, "__float__"):
+        raise InputError(f"parameter '{p.name}': {what}: found {value!r}, wanted {wanted}")
+
 
 @dataclass(frozen=True)
 class ComplexParameter(Symbolic):

@@ -56,6 +56,10 @@ def load(spec: str, folder: Path | str = ".") -> Model:
     if spec in SHIPPED:
         return getattr(sys.modules[__name__], spec)
     path, _, name = spec.rpartition(":") if ".py:" in spec else (spec, "", "")
+    if not spec.strip():
+        raise InputError("the model's name is empty; wanted its id, or path/to/file.py:NAME")
+    if (Path(folder) / path).is_dir():
+        raise InputError(f"'{spec}' is a folder; wanted a model's id, or path/to/file.py:NAME")
     if not path.endswith(".py"):
         raise InputError(f"unknown model '{spec}'{one_of(spec, SHIPPED)}, or path/to/file.py:NAME")
     return _pick(path, name, run_user_file(path, Path(folder) / path, "a model"))

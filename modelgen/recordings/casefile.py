@@ -132,7 +132,8 @@ def _names(where: str, value: object) -> tuple[str, ...]:
 
 def _number(where: str, value: object) -> float:
     if isinstance(value, str):
-        raise fail(f"{where} = {show(value)}: wanted a number (choices of a model belong in [options])")
+        hint = " (choices of a model belong in [options])" if "constants" in where else ""
+        raise fail(f"{where} = {show(value)}: wanted a number{hint}")
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise fail(f"{where} = {show(value)}: wanted a number")
     try:

@@ -48,6 +48,7 @@ def read_channels(table: Table, signature: Signature) -> Channels:
         a, b = scales[part]
         values[part] = numbers * a + b if b else numbers * a
         _check_range(table, column, part, values[part], numbers, part.channel == signature.axis)
+        notes += _rather_degrees(table, column, part, numbers)
     order, note = _order(table, picked, values, signature)
     if order is not None:
         values = {part: v[order] for part, v in values.items()}
@@ -61,6 +62,19 @@ def read_channels(table: Table, signature: Signature) -> Channels:
             kinds[channel.name], outputs[channel.name] = found
             _check_measured(table, channel, found[1], order)
     return Channels(inputs, outputs, kinds, (*notes, *note))
+
+
+def _rather_degrees(
+    table: Table, column: Column, part: Part, numbers: NDArray[np.float64]
+) -> tuple[str, ...]:
+    """A warning where a phase in radian is wrapped as one in degrees."""
+    wraps = numbers.size > 1 and 300 < np.abs(np.diff(numbers)).max() <= 2 * HALF_TURN
+    if part.what != "phase" or column.unit != "rad" or not wraps or np.abs(numbers).max() > 2 * HALF_TURN:
+        return ()
+    return (f"{table.at(column)}: jumps as a phase in degrees does, and is read as radian",)
+
+
+HALF_TURN = 180.5
 
 
 def _check_measured(table: Table, channel: Channel, values: Array, order: NDArray[np.intp] | None) -> None:
