@@ -92,13 +92,15 @@ def test_every_operation() -> None:
     assert_same_bits(Model("operations", (x,), (a, b), equations, tuple(f)), 333, "all")
 
 
+@pytest.mark.parametrize("every", [4, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "base", ["electrodynamic_transducer", "magnetostrictive_transducer", "modified_dahl"]
 )
-def test_models_with_an_effect(base: str) -> None:
-    """All effects that fit a port of the base: what a search compiles by the hundred."""
+def test_models_with_an_effect(base: str, every: int) -> None:
+    """Effects that fit a port of the base, what a search compiles by the hundred: all, or each `every`
+    one."""
     model = replace(getattr(models, base), checked=False)
-    extended = [e.extend(model, port) for e in CATALOGUE for port in e.fits(model)]
+    extended = [e.extend(model, port) for e in CATALOGUE[::every] for port in e.fits(model)]
     made = [(m, default_wrt(m)) for m in extended]
     taped = build_many(made, ("jacobian",))
     assert len(made) > 10

@@ -44,7 +44,7 @@ def thin(model: Model, case: Case) -> Thinned:
     block = -(-sum(r.n for r in finer.fit) // MOST)
     note = (
         f"{fit} samples were averaged in blocks of {first * block}; what happens faster than that is not "
-        "judged"
+        "judged, and parameters are those of averages: a fit of the extended model to all tells them best"
     )
     return Thinned(_blocks(finer, block), finer, first, block, (note,))
 
