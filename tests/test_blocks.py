@@ -50,6 +50,7 @@ def test_what_averaging_makes_of_friction_is_no_physics(
     assert any("averaged in blocks of 9" in n for n in v.notes)
 
 
+@pytest.mark.slow
 def test_noise_that_neighbours_share_does_not_average_out(tmp_path: Path) -> None:
     v = judged(tmp_path, 0.0, walk=0.775)  # 60 % of the variance
     assert v.adequate, v.summary

@@ -32,7 +32,7 @@ def verdict(tmp_path: Path, seed: int, **drawn: Any) -> tuple[Any, Verdict]:
         ("gmm", "second_mode", 5),
         pytest.param("force", "cubic_stiffness", 3, marks=pytest.mark.slow),
         pytest.param("force", "inertia", 8, marks=pytest.mark.slow),
-        ("force", "backlash", 4),
+        pytest.param("force", "backlash", 4, marks=pytest.mark.slow),
     ],
 )
 def test_a_concealed_effect_is_named_and_the_hold_out_predicted(
@@ -114,7 +114,9 @@ def test_a_line_in_the_force_is_unknown_and_not_physics_of_the_sample(tmp_path: 
         pytest.param(
             "impedance", "novel:cavity_comb", "mechanical", "a row of resonances", marks=pytest.mark.slow
         ),
-        ("stiffness", "novel:mount_modes", "mechanical", "a row of resonances"),
+        pytest.param(
+            "stiffness", "novel:mount_modes", "mechanical", "a row of resonances", marks=pytest.mark.slow
+        ),
     ],
 )
 def test_what_no_catalogue_holds_becomes_a_model_all_the_same(

@@ -44,6 +44,7 @@ def disagreements(folder: Path, stiffness: tuple[float, float]) -> list[str]:
     return [note for note in diagnosis.notes if note.startswith("recordings disagree")]
 
 
+@pytest.mark.slow
 def test_a_stiffness_that_changed_between_two_sweeps_is_said(tmp_path: Path) -> None:
     """No effect is right here: the suspension is 4 % stiffer in the second sweep."""
     (note,) = disagreements(tmp_path, (2500.0, 2600.0))

@@ -81,10 +81,10 @@ def recorded(what: str, noise: float = 2e-5, n: int = 1500) -> Case:
     [
         ("nothing", set()),
         ("maxwell", {"maxwell_branch"}),
-        ("friction", {"coulomb_friction"}),
+        pytest.param("friction", {"coulomb_friction"}, marks=pytest.mark.slow),
         pytest.param("absorber", {"second_mode"}, marks=pytest.mark.slow),
         ("play", {"backlash"}),
-        ("weight", {"constant_load"}),
+        pytest.param("weight", {"constant_load"}, marks=pytest.mark.slow),
         pytest.param("hysteresis", {"second_dahl_element"}, marks=pytest.mark.slow),
     ],
 )

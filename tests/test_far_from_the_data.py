@@ -42,6 +42,7 @@ def swings(cycles: float, count: int = 1500) -> np.ndarray:
     return 3 * (1 - np.cos(2 * np.pi * cycles * np.arange(count) / count))
 
 
+@pytest.mark.slow
 def test_a_rubber_is_known_by_its_stretch(tmp_path: Path) -> None:
     """f = G A (λ − 1/λ²), λ = 1 + z/l (Treloar): as a magnet that repels would have it, and told so."""
     rng = np.random.default_rng(2)
@@ -221,6 +222,7 @@ def test_an_amplifier_that_saturates_softly_is_found_at_the_sensor(tmp_path: Pat
     assert 1 / bend.value == pytest.approx(3.5, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_zero_point_that_drifts_otherwise_in_each_record(tmp_path: Path) -> None:
     rng = np.random.default_rng(6)
     text = 'model = "modified_dahl"\nper_recording = ["F_0", "r_0"]\n'

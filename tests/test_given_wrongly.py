@@ -40,7 +40,7 @@ SPRING = Model("spring", (t, z), (k,), (F,), ("F",), (PORT,))
         (lambda: read_method("pso(-3)"), "wanted pso or pso"),
         (lambda: read_method("pso >> "), "before and after each >>"),
         (lambda: parse_fixed(SPRING, ["k=-1"]), "outside the bounds of 'k'"),
-        (lambda: load(""), "name is empty"),
+        (lambda: load(""), "wanted an id"),
         (lambda: load("."), "is a folder"),
     ],
 )

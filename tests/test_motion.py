@@ -86,7 +86,7 @@ def moved_mass(folder: Path, seed: int, m: float, z_noise: float) -> Case:
     return mg.read_case(folder / "case.toml")
 
 
-@pytest.mark.parametrize(("m", "z_noise"), [(0.05, 5e-3), (0.1, 2e-2)])
+@pytest.mark.parametrize(("m", "z_noise"), [(0.05, 5e-3), pytest.param(0.1, 2e-2, marks=pytest.mark.slow)])
 def test_errors_of_the_acceleration_are_no_physics(m: float, z_noise: float, tmp_path: Path) -> None:
     case = moved_mass(tmp_path, 1, m, z_noise)
     verdict = diagnose(case, load(str(tmp_path / "damper.py") + ":damper"))
@@ -174,7 +174,8 @@ def test_fast_turns_of_a_sweep_narrow_no_windows_of_slow_ones() -> None:
     assert np.median(found.window[slow]) > 20
 
 
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
 def test_corners_of_a_slow_triangle_are_no_physics(seed: int, tmp_path: Path) -> None:
     """The displacement's noise, times the stiffness, is twice the force's own; its corners are smoothed."""
     rng, text = np.random.default_rng(seed), 'model = "modified_dahl"\nper_recording = ["F_0", "r_0"]\n'

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 from coils import write_sweep
 
 import modelgen as mg
@@ -39,6 +40,7 @@ def test_a_part_of_the_known_mass_swings(tmp_path: Path) -> None:
     assert 2 * np.pi * 1700 / own["omega_5"] - 1 < 0.02 and abs(own["M_5"] / 1e-3 - 1) < 0.1
 
 
+@pytest.mark.slow
 def test_a_meter_that_clips_softly_is_no_drag(tmp_path: Path) -> None:
     Z = _coil(0.018)
     clipped = Z / (1 + (np.abs(Z) / 60) ** 6) ** (1 / 6)

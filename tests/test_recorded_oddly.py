@@ -225,7 +225,7 @@ def test_gross_errors_that_the_missing_physics_hides_are_found_once_it_is_known(
     assert [n for n in verdict.notes if "outliers" in n] == ["1 outliers in '1' are marked and weigh nothing"]
 
 
-@pytest.mark.parametrize("mains", [50.0, 60.0])
+@pytest.mark.parametrize("mains", [pytest.param(50.0, marks=pytest.mark.slow), 60.0])
 def test_hum_with_harmonics_is_heard_where_it_is_far_louder_than_noise(tmp_path: Path, mains: float) -> None:
     """Its harmonics stand out of the spectrum more than it does, once the slope of that is taken out; and all
     of it looks like noise of some colour."""
@@ -268,6 +268,7 @@ def test_mains_that_a_sampling_folds_down_are_lines_elsewhere_in_each_record(tmp
     assert "38 Hz in a" in found.says and "13 Hz in b" in found.says
 
 
+@pytest.mark.slow
 def test_a_clamp_that_slips_is_told_with_its_moment(tmp_path: Path) -> None:
     slip = lambda name, t: np.where((t > 7.0) & (name == "b"), 1.5e-3, 0.0)  # noqa: E731
     elastic(tmp_path, {"a": 100.0, "b": 100.0}, 20.0, slip)

@@ -1,6 +1,7 @@
 """Tanks that run out through valves: what is missing acts on a level that is known by the model alone."""
 
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 from sympy import Symbol
 
@@ -98,6 +99,7 @@ def siphoned(seed: int) -> Recording:
     return Recording(f"r{seed}", None, "fit", {"t": time, "u": volts}, {"h": shown})
 
 
+@pytest.mark.slow
 def test_a_siphon_is_named_with_reserve() -> None:
     u = Input("u", "V")
     k, k_p = Parameter("k", "cm**0.5/s", 0.05, (0.005, 0.5)), Parameter("k_p", "cm/(s*V)", 0.05, (0.005, 0.5))

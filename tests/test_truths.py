@@ -441,6 +441,7 @@ def test_effects_that_run_away_together_are_drawn_again():
     assert all(np.all(np.isfinite(y)) for y in drawing.scene_of(secret).simulate(secret.strength))
 
 
+@pytest.mark.slow
 def test_a_mass_behind_a_soft_joint_does_not_diverge():
     secret = drawing.draw(250100011, "pair", "force", ("inertia", "contact_compliance"), noise="coloured")
     scene = drawing.scene_of(secret)

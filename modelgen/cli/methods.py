@@ -44,7 +44,7 @@ def read_method(text: str) -> Method | Recipe | None:
     whole: Method | None = None
     for link in text.split(">>") if text.strip() else ():
         if not link.strip():
-            raise InputError(f"--method: '{text}': a method is wanted before and after each >>")
+            raise InputError(f"--method: unknown method '' in '{text}', wanted one before and after each >>")
         found = _LINK.fullmatch(link)
         name = _spelled((found or _NAME.match(link) or [""] * 2)[1])
         if not found and name in METHODS:

@@ -57,7 +57,7 @@ def load(spec: str, folder: Path | str = ".") -> Model:
         return getattr(sys.modules[__name__], spec)
     path, _, name = spec.rpartition(":") if ".py:" in spec else (spec, "", "")
     if not spec.strip():
-        raise InputError("the model's name is empty; wanted its id, or path/to/file.py:NAME")
+        raise InputError("unknown model '', wanted an id, or path/to/file.py:NAME")
     if (Path(folder) / path).is_dir():
         raise InputError(f"'{spec}' is a folder; wanted a model's id, or path/to/file.py:NAME")
     if not path.endswith(".py"):
