@@ -11,7 +11,7 @@ from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts
 from modelgen.fit.series import Array
-from modelgen.fit.swarms import swarmed
+from modelgen.fit.swarms import scattered, swarmed
 
 
 def fit_base(h: Hypothesis, judge: Judge, seed: int) -> tuple[Fit, tuple[Array, ...]]:
@@ -27,6 +27,10 @@ def fit_base(h: Hypothesis, judge: Judge, seed: int) -> tuple[Fit, tuple[Array, 
     fits = [plain.fit(h, [start], iterations=150) for start in starts]
     if any(s.measure != "real" for s in h.experiment.series):
         fits += _swarmed(h, plain, fits, starts[0], seed)
+        if _best(fits).chi2 > ASTRAY**2 * effective(fits[0].white):
+            known = _best(fits).theta
+            further = scattered(h.experiment.problem(known, plain.whiteners), seed, known)
+            fits.append(plain.fit(h, [further], iterations=150))
     ends = [judge.fit(h, [f.theta], iterations=150) for f in _distinct(fits)]
     first = soundest(ends)
     return first, tuple(f.theta for f in _distinct(ends) if f is not first)[:2]

@@ -26,7 +26,7 @@ from modelgen.fit.remarks import Part, arrived, misfit, of_holdout, warnings
 from modelgen.fit.result import Estimate, FitResult, OutputFit, RecordingFit, estimates
 from modelgen.fit.separating import confusions
 from modelgen.fit.series import Array, Series, make_series
-from modelgen.fit.swarms import swarmed
+from modelgen.fit.swarms import scattered, swarmed
 from modelgen.fit.trace import make_trace
 from modelgen.fit.uncertainty import assess
 from modelgen.language import Model
@@ -200,7 +200,11 @@ def _by_swarms(problem: Problem, seed: int, known: Outcome) -> Outcome:
         return known
     method = GaussNewton(beyond=True)
     ends = swarmed(problem, seed, lambda end: method.run(problem, end), lambda end: end.value, known.value)
-    return min(known, *ends, key=lambda end: end.value)
+    best = min(known, *ends, key=lambda end: end.value)
+    if best.value <= ASTRAY**2 * problem.n_data:
+        return best
+    further = method.run(problem, scattered(problem, seed, np.asarray(best.theta)))
+    return min(best, further, key=lambda end: end.value)
 
 
 def _scaled(problem: Problem, start: Vector) -> Problem:
