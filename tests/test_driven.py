@@ -83,7 +83,7 @@ def recorded(what: str, noise: float = 2e-5, n: int = 1500) -> Case:
         ("maxwell", {"maxwell_branch"}),
         pytest.param("friction", {"coulomb_friction"}, marks=pytest.mark.slow),
         pytest.param("absorber", {"second_mode"}, marks=pytest.mark.slow),
-        ("play", {"backlash"}),
+        pytest.param("play", {"backlash"}, marks=pytest.mark.slow),
         pytest.param("weight", {"constant_load"}, marks=pytest.mark.slow),
         pytest.param("hysteresis", {"second_dahl_element"}, marks=pytest.mark.slow),
     ],

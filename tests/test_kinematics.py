@@ -120,6 +120,7 @@ def test_a_signal_of_few_samples_a_period_is_not_smoothed_away(std: float) -> No
     assert rms((k.v - v)[inner]) < (0.02 + 1.5 * std * 610 / rms(v)) * rms(v)
 
 
+@pytest.mark.slow
 def test_stated_noise_of_velocity_is_the_noise_that_is_left() -> None:
     t, z, v, a = slow_sine(20.0)
     runs = [kinematics(t, noisy(z, seed), NOISE) for seed in range(12)]

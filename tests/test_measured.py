@@ -29,6 +29,7 @@ def test_a_woofer_has_eddy_currents_and_creep() -> None:
     assert all(x and "the same sweep" not in x for x in asked)  # it would be as far from all of them
 
 
+@pytest.mark.slow
 def test_a_stretched_acrylic_relaxes_over_decades_of_time() -> None:
     verdict = verdict_on("vhb4910_relaxation")
     assert [f.id for f in verdict.effects] == ["power_law_viscoelasticity"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 from coils import HEAD, verdict, write_sweep
 from scipy.optimize import brentq
 
@@ -59,6 +60,7 @@ constants = { M_m = 0.0181 }
 """
 
 
+@pytest.mark.slow
 def test_glitches_side_by_side_in_one_of_two_sweeps_are_no_physics(tmp_path: Path) -> None:
     """They are as large as what effects at a steep flank would make, which the other sweep shows nothing
     of."""

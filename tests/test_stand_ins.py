@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from modelgen.api import read_case
 from modelgen.diagnose import diagnose
@@ -33,6 +34,7 @@ def recorded(folder: Path, snap: float) -> Path:
     return folder / "case.toml"
 
 
+@pytest.mark.slow
 def test_a_spring_that_snaps_through_is_no_three_other_springs(tmp_path: Path) -> None:
     case = read_case(recorded(tmp_path, 0.05))
     found = diagnose(case, load("kelvin_voigt"))

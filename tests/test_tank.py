@@ -61,6 +61,7 @@ def cascaded() -> Model:
     return Model("cascaded", (t, u), (k_1, k_2, k_p, *starts), (*Q, lost, *states), ("h2",), (rim,))
 
 
+@pytest.mark.slow
 def test_an_upper_tank_that_runs_over() -> None:
     """Its level is not recorded."""
     rng, time = np.random.default_rng(8), np.arange(1000) * 4.0

@@ -40,7 +40,10 @@ def fitting(model: Model) -> list[Any]:
     return [(e, port) for e in CATALOGUE for port in e.fits(model)]
 
 
-@pytest.mark.parametrize("name", models.SHIPPED)
+SLOW = [pytest.param("fractional_kelvin_voigt", marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("name", [*(n for n in models.SHIPPED if n != "fractional_kelvin_voigt"), *SLOW])
 def test_shipped_models_with_and_without_each_effect(name: str) -> None:
     model = models.load(name)
     assert_same(model)
