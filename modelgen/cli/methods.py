@@ -25,8 +25,6 @@ METHODS: dict[str, Callable[..., Method]] = {
 _LINK = re.compile(r"\s*([A-Za-z_-]+)\s*(?:\(\s*(?:(\w+)\s*=\s*)?(\d*)\s*\))?\s*")
 
 
-_NAME = re.compile(r"\s*([A-Za-z_-]*)")
-
 RECIPES = tuple(f"gmm-{k}{paper}" for paper in ("", "-paper") for k in (1, 2, 3))
 
 
@@ -46,7 +44,7 @@ def read_method(text: str) -> Method | Recipe | None:
         if not link.strip():
             raise InputError(f"--method: unknown method '' in '{text}', wanted one before and after each >>")
         found = _LINK.fullmatch(link)
-        name = _spelled((found or _NAME.match(link) or [""] * 2)[1])
+        name = _spelled(link.partition("(")[0])
         if not found and name in METHODS:
             raise InputError(f"--method: {link.strip()}: wanted {name} or {name}(a whole number)")
         if not found or name not in METHODS:
