@@ -13,6 +13,7 @@ from modelgen.diagnose.gate.exact import recorded_exactly
 from modelgen.fit.series import Series
 from modelgen.fit.whitener import Whitener
 from modelgen.models import load
+from modelgen.report.words import headline
 
 DIGITS = ("%.18e", "%.10g", "%.7g", "%.6g")
 
@@ -38,7 +39,8 @@ def test_an_exact_sweep_lacks_nothing(tmp_path: Path, digits: str, n: int, top: 
 
 def test_as_many_numbers_as_parameters_do_not_tell_noise(tmp_path: Path) -> None:
     v = _coil(tmp_path, "%.6g", np.geomspace(65, 70, 3))
-    assert v.adequate and "can't be judged" in v.summary
+    assert v.adequate and not v.judged and "can't be judged" in v.summary
+    assert headline(v).startswith("Too few values")
     assert not any("no noise" in note for note in v.notes)
 
 

@@ -71,7 +71,7 @@ def test_samples_that_the_laws_explain_are_no_outliers(tmp_path: Path) -> None:
     model, case = opened(tmp_path, "kelvin_voigt", "t [s],z [mm],F_m [N]", rows, "[noise]\nF_m = 0.1")
     verdict = mg.diagnose(case, model)
     assert {e.id for e in verdict.effects} == {"cubic_stiffness", "coulomb_friction"}
-    assert not any("outliers" in note for note in verdict.notes)
+    assert not any("outlier" in note for note in verdict.notes)
 
 
 @pytest.mark.parametrize(("stated", "says"), [(0.05, "2 times the noise that is stated"), (0.1, "")])

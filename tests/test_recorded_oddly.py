@@ -222,7 +222,7 @@ def test_gross_errors_that_the_missing_physics_hides_are_found_once_it_is_known(
     verdict = diagnose(read_case(tmp_path / "case.toml"), load("complex_stiffness"))
     assert [e.id for e in verdict.effects] == ["maxwell_branch"]
     assert [np.flatnonzero(t.outliers).tolist() for t in verdict.traces] == [[], [24]]
-    assert [n for n in verdict.notes if "outliers" in n] == ["1 outliers in '1' are marked and weigh nothing"]
+    assert [n for n in verdict.notes if "outlier" in n] == ["1 outlier in '1' is marked and weighs nothing"]
 
 
 @pytest.mark.parametrize("mains", [pytest.param(50.0, marks=pytest.mark.slow), 60.0])

@@ -84,7 +84,8 @@ def diagnose_folder(
         found[name] = verdict
         effects_found = ", ".join(e["id"] for e in verdict["effects"])
         over = verdict["fit"]["after"]["fit_rms_over_noise"]
-        says = "adequate" if verdict["adequate"] else effects_found or "inadequate"
+        fits = "adequate" if verdict["judged"] else "too few values"
+        says = fits if verdict["adequate"] else effects_found or "inadequate"
         shown.add_row(titles[name], verdict["model"], says, _figure(over))
     _write(found, wrong, file, "modelgen.verdicts/1")
     _show(shown)

@@ -99,6 +99,7 @@ def conclude(
         ),
         noise=gate.noise,
         law=law,
+        judged=bool(findings) or enough(best),
     )  # fmt: skip
 
 

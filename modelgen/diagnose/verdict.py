@@ -102,7 +102,8 @@ class Rms:
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """The outcome of a diagnosis. `effects` is ordered, best first."""
+    """The outcome of a diagnosis. `effects` is ordered, best first; `judged`: the recordings hold values enough
+    to tell that something is missing."""
 
     model: str
     adequate: bool
@@ -122,14 +123,16 @@ class Verdict:
     notes: tuple[str, ...] = ()
     noise: str = ""
     law: str = ""
+    judged: bool = True
 
     def to_dict(self) -> dict[str, Any]:
-        """The contract's JSON object, with additions (summary, trials, notes, noise)."""
+        """The contract's JSON object, with additions (judged, summary, trials, notes, noise)."""
         return _plain(
             {
                 "schema": SCHEMA,
                 "model": self.model,
                 "adequate": self.adequate,
+                "judged": self.judged,
                 "summary": self.summary,
                 "mismatch": [
                     {

@@ -21,7 +21,7 @@ def print_verdict(verdict: Verdict, console: Console) -> None:
     """Print the verdict, what was left out, the fit before and after, and what to record next."""
     from rich.text import Text
 
-    style = "bold green" if verdict.adequate else "bold yellow"
+    style = "bold green" if verdict.adequate and verdict.judged else "bold yellow"
     console.print(Text(words.headline(verdict), style=style))
     console.print(Text(words.summary(verdict)))
     if verdict.effects:

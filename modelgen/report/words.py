@@ -82,6 +82,8 @@ def is_unknown(effect: Finding) -> bool:
 
 def headline(verdict: Verdict) -> str:
     """The verdict in a line."""
+    if not verdict.judged:
+        return "Too few values to tell whether anything is missing"
     if verdict.adequate:
         return "Nothing is missing that these recordings could show"
     if not verdict.effects:

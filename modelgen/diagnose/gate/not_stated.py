@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.signal import periodogram
 
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.refit import Fit, plain_white
@@ -61,6 +60,8 @@ def _gain(white: Sequence[Array], level: Sequence[float]) -> float:
 
 def _says(setting: Setting, best: Fit, white: Sequence[Array], level: Sequence[float]) -> str:
     """How much it is, in which recording most, when, and about which frequency."""
+    from scipy.signal import periodogram  # half a second, which a diagnosis seldom needs
+
     size = [np.sqrt(max(np.mean(e**2) - s**2, 0.0)) for e, s in zip(white, level, strict=True)]
     k = int(np.argmax(size))
     s, e = setting.series[k], white[k]

@@ -140,9 +140,11 @@ and misjudged where it was estimated of what the base left."""
 def marked(series: Sequence[Series], marks: Sequence[Array]) -> tuple[str, ...]:
     """What is said of the outliers of each recording."""
     return tuple(
-        f"{int(m.sum())} outliers in '{s.name}' are marked and weigh nothing"
-        for s, m in zip(series, marks, strict=True)
-        if m.any()
+        f"{n} outliers in '{s.name}' are marked and weigh nothing"
+        if n > 1
+        else f"1 outlier in '{s.name}' is marked and weighs nothing"
+        for s, n in zip(series, (int(m.sum()) for m in marks), strict=True)
+        if n
     )
 
 
