@@ -80,7 +80,7 @@ def recorded(what: str, noise: float = 2e-5, n: int = 1500) -> Case:
     ("what", "ids"),
     [
         ("nothing", set()),
-        ("maxwell", {"maxwell_branch"}),
+        pytest.param("maxwell", {"maxwell_branch"}, marks=pytest.mark.slow),
         pytest.param("friction", {"coulomb_friction"}, marks=pytest.mark.slow),
         pytest.param("absorber", {"second_mode"}, marks=pytest.mark.slow),
         pytest.param("play", {"backlash"}, marks=pytest.mark.slow),

@@ -73,7 +73,7 @@ def judged(folder: Path, seed: int, power: float, wanders: float) -> Verdict:
     return diagnose(read_case(folder / "case.toml"), load("kelvin_voigt"))
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(n, marks=pytest.mark.slow) for n in (2, 3))])
 def test_slow_noise_is_no_drift(tmp_path: Path, seed: int) -> None:
     assert judged(tmp_path, seed, 1.0, 0.0).adequate
 
