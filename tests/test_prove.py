@@ -14,7 +14,7 @@ import pytest
 
 from modelgen.cli import main
 from modelgen.errors import InputError
-from modelgen.prove import dictionary, discrepancy, gallery, keeper, oracle, scores, studies
+from modelgen.prove import dictionary, discrepancy, followup, gallery, keeper, oracle, scores, studies
 from modelgen.prove import run as running
 from modelgen.prove.diagnoser import Answer, Diagnoser
 from modelgen.prove.leave_out import leave_one_out
@@ -497,3 +497,25 @@ def test_trials_from_end_to_end(tmp_path, capsys):
     assert main(["prove", "--trials", "0", *room]) == 0
     assert "modelgen prove --trials 3 --seed 5 --noise white --domain impedance" in shown.read_text()
     assert Path(tmp_path / "room" / "trials.jsonl").read_text().count("\n") == 3
+
+
+@pytest.mark.parametrize(
+    ("effect", "equivalents", "open_"),
+    [
+        ("log_creep", ["structural_damping"], False),  # it lies between the two: both names are right
+        ("log_creep", ["maxwell_branch"], True),
+        ("cubic_stiffness", [], False),
+    ],
+)
+def test_a_further_recording_has_wrong_names_to_exclude(effect, equivalents, open_):
+    domain = "impedance" if effect == "log_creep" else "force"
+    secret = draw(5, "variant" if effect == "log_creep" else "single", domain, effect)
+    first = {"id": secret.effects[0], "equivalents": equivalents}
+    row = {
+        "named": True,
+        "set_size": 1 + len(equivalents),
+        "domain": domain,
+        "secret": secret.to_json(),
+        "verdict": {"effects": [first]},
+    }
+    assert followup.ambiguous(row) == open_

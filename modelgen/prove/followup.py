@@ -18,9 +18,12 @@ Row = dict[str, Any]
 
 
 def ambiguous(row: Row) -> bool:
-    """Whether the verdict on a listed effect names others that the data can't tell from it, and the device is
-    ours, so that more can be recorded."""
-    return row.get("named") is not None and (row.get("set_size") or 0) > 1 and row["domain"] != OWN
+    """Whether the verdict on a listed effect states a wrong name beside others that the data can't tell from
+    it, and the device is ours, so that more can be recorded. (Laws between two effects have more than one
+    right name.)"""
+    if row.get("named") is None or (row.get("set_size") or 0) < 2 or row["domain"] == OWN:
+        return False
+    return not _only_right(row["secret"], row["verdict"])
 
 
 def follow_up(row: Row, folder: Path, pool: Executor, diagnoser: Diagnoser) -> Row:
@@ -47,10 +50,17 @@ def record(text: str, sentence: str, folder: Path) -> bool:
 
 def told_apart(text: str, verdict: Row) -> Row:
     """Resolved: the first name is right, and no wrong one is said to do as well."""
-    right = set().union(*accepted(Secret.from_json(text)).values())
-    first = (verdict.get("effects") or [{"id": "", "equivalents": []}])[0]
-    return {
-        "first": first["id"],
-        "equivalents": first["equivalents"],
-        "resolved": {first["id"], *first["equivalents"]} <= right,
-    }
+    first = _first(verdict)
+    told = {"first": first["id"], "equivalents": first["equivalents"]}
+    return told | {"resolved": _only_right(text, verdict)}
+
+
+def _first(verdict: Row) -> Row:
+    """The first claim; one without a name where there is none."""
+    return dict((verdict.get("effects") or [{"id": "", "equivalents": []}])[0])
+
+
+def _only_right(text: str, verdict: Row) -> bool:
+    """Whether all names of the first claim are right."""
+    first = _first(verdict)
+    return {first["id"], *first["equivalents"]} <= set().union(*accepted(Secret.from_json(text)).values())

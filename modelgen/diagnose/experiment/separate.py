@@ -36,6 +36,9 @@ CLEAR = 6.0
 ROUGH = 4.0
 """χ² per sample from which errors of the best hypothesis hide more than noise does: averaging is no help."""
 
+SAME = 1e-3
+"""Standard deviations of the noise by which laws that are one under two names differ by rounding."""
+
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
@@ -67,6 +70,8 @@ def separate(
         return None
     found = propose(setting, outcome.judge, best, rivals, near)
     ours, theirs = _names(best, rivals)
+    if found is None and all(_same(best, r) for r in rivals):
+        return f"no recording of this menu would tell them apart: {ours} and {theirs} say the same"
     if found is None:
         kinds = "rate, amplitude or mean" if setting.model.is_time_model else "band, load or amplitude"
         return (
@@ -85,6 +90,11 @@ def separate(
         return told
     there = list(dict.fromkeys(" + ".join(_own(f, [best, *rivals])) for f in found.tells))
     return f"{told}, if {' or '.join(there)} is what is there"
+
+
+def _same(a: Fit, b: Fit) -> bool:
+    """Whether two hypotheses leave the same of every sample."""
+    return all(np.allclose(x, y, atol=SAME) for x, y in zip(a.white, b.white, strict=True))
 
 
 def _own(fit: Fit, fits: Sequence[Fit]) -> list[str]:
