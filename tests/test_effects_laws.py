@@ -12,6 +12,7 @@ import pytest
 import sympy as sp
 from interpreter import Reading
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 from scipy.special import iv, j1, jv, struve
 
 from modelgen.effects import CATALOGUE, Effect
@@ -969,6 +970,27 @@ def test_a_second_slider_slips_all_at_once() -> None:
         states.append(r)
     F = force(find("second_dahl_element", "force", "h_j"), motion, h_j=h, z_j=w)
     assert np.allclose(F, h * np.array(states), atol=2e-3 * h) and np.ptp(states) == 2
+
+
+def test_a_contact_of_its_own_sticks_and_gets_lubricated() -> None:
+    """LuGre's law dx/dt = v − σ |v| x/g(v), F = σ x, integrated to 1e-10."""
+    t = np.linspace(0, 2, 4001)
+    motion = record(t, wobble)
+    F_l, v_l, z_l, s_l = 0.4, 2.5, 0.05, 0.3
+    fine = CubicSpline(t, motion["z"]).derivative()
+
+    def rate(at: float, x: np.ndarray) -> np.ndarray:
+        v = fine(at)
+        g = F_l * (s_l + (1 - s_l) * np.exp(-abs(v) / v_l))
+        return v - F_l / z_l * abs(v) * x / g
+
+    x = solve_ivp(rate, (0, 2), [0.0], t_eval=t, rtol=1e-10, atol=1e-12, max_step=1e-3).y[0]
+    F = force(find("stribeck_friction", "force", "F_l"), motion, F_l=F_l, v_l=v_l, z_l=z_l, s_l=s_l)
+    assert np.allclose(F, F_l / z_l * x, atol=5e-3 * F_l) and np.abs(F).max() > 0.5 * F_l
+    came = force(
+        find("stribeck_friction", "force", "F_l"), motion, F_l=F_l, v_l=v_l, z_l=z_l, s_l=s_l, past=-0.5
+    )
+    assert came[0] == pytest.approx(-0.5 * F_l, abs=1e-3) and np.allclose(came[2000:], F[2000:], atol=1e-6)
 
 
 def test_friction_falls_with_speed_and_stops_push_one_way() -> None:

@@ -102,8 +102,8 @@ class Rms:
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """The outcome of a diagnosis. `effects` is ordered, best first; `judged`: the recordings hold values enough
-    to tell that something is missing."""
+    """The outcome of a diagnosis. `effects` is ordered, best first; `judged`: the recordings hold values
+    enough to tell whether something is missing."""
 
     model: str
     adequate: bool

@@ -20,16 +20,17 @@ LEAST = 0.02
 SLIPPED = Parameter(
     "second_dahl_element_past", "1", 0.0, (-1.0, 1.0), "state of the second element at the first sample"
 )
+LUBRICATED = replace(SLIPPED, name="stribeck_friction_past")
 
 
-def _slipping(model: Model, port: Port, h: Any, name: str, stroke: Callable[[Any, Any], Any]) -> Model:
-    """`model` with another friction h r, whose state r is `stroke`(r, dz) after a monotonic displacement
-    dz."""
+def _slipping(
+    model: Model, port: Port, h: Any, name: str, stroke: Callable[[Any, Any], Any], past: Parameter = SLIPPED
+) -> Model:
+    """`model` with another friction h r, whose state r is `stroke`(r, dz) after a monotonic displacement dz,
+    and `past` at the first sample."""
     turn = Equation(f"{name}_turn", stroke(Symbol(name, real=True), port["z_turn"] - port["z_prev"]))
-    r = State(
-        name, SLIPPED, stroke(turn.symbol, port["z"] - port["z_turn"]), text="state of the second element"
-    )
-    model = model.with_parameters(SLIPPED)
+    r = State(name, past, stroke(turn.symbol, port["z"] - port["z_turn"]), text="state of the second element")
+    model = model.with_parameters(past)
     return model.extend(port.equation, lambda F: F + h * r, statements=(turn, r))
 
 
@@ -181,6 +182,36 @@ stribeck_force = Effect(
     common=0.5,
 )
 
+
+def _lubricated(model: Model, port: Port, p: Values) -> Model:
+    """ṙ = (v − |v| r/g)/z_l with level g(|v|): exact where it does not change within a sample."""
+    level = p["s_l"] + (1 - p["s_l"]) * exp(-Abs(port["v"]) / p["v_l"])
+
+    def stroke(r: Any, dz: Any) -> Any:
+        slipping = level * sign(dz)
+        return slipping + (r - slipping) * exp(-Abs(dz) / (p["z_l"] * level))
+
+    return _slipping(model, port, p["F_l"], "stribeck_friction_r", stroke, LUBRICATED)
+
+
+stribeck_element = Effect(
+    "stribeck_friction",
+    ("force",),
+    "another contact sticks on bristles of its own, and its friction falls with speed, as a film of "
+    "lubricant builds up",
+    "C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419, "
+    "without bristle damping",
+    (Strength("F_l", "{port}", text="friction at rest"),),
+    _lubricated,
+    (
+        Shape("v_l", "{v}", "speed", 0.03, 1.0, 3, text="Stribeck velocity"),
+        Shape("z_l", "{z}", "displacement", 0.003, 0.3, 3, text="slip length at rest"),
+        Shape("s_l", "1", "1", 0.1, 0.9, 2, log=False, text="friction at speed over that at rest"),
+    ),
+    needs=("v", "z", "z_prev", "z_turn"),
+    common=RARER,
+)
+
 position_friction = Effect(
     "position_dependent_friction",
     ("friction",),
@@ -234,6 +265,6 @@ uneven_friction = replace(
 
 EFFECTS = (
     second_dahl_element, second_slider, many_sliders, dahl_exponent, stribeck_friction, stribeck_level,
-    coulomb_friction, smooth_friction, stribeck_force, position_friction, rate_dependent_friction,
-    asymmetric_friction, uneven_friction,
+    coulomb_friction, smooth_friction, stribeck_force, stribeck_element, position_friction,
+    rate_dependent_friction, asymmetric_friction, uneven_friction,
 )  # fmt: skip
