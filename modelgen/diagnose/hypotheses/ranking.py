@@ -175,11 +175,25 @@ def _elsewise(outcome: Outcome) -> dict[Key, list[tuple[str, Fit]]]:
         added = [a for a in best.hypothesis.added if a.key not in f.hypothesis.key]
         gone = [a for a in added if a.id not in f.ids] or added
         for b in f.hypothesis.added:
-            if b.id not in best.ids:
+            if b.id not in best.ids and not _beside(outcome, f, b):
                 alike = [a for a in gone if a.family == b.family]
                 near = [a for a in gone if a.port.name == b.port.name]
                 found.setdefault((alike or near or gone)[0].key, []).append((b.id, f))
     return found
+
+
+SMALL = 0.1
+"""Part of what is explained that an effect brings which only mends what another law leaves."""
+
+
+def _beside(outcome: Outcome, f: Fit, b: Addition) -> bool:
+    """Whether `f` has more effects than the best hypothesis, and without this one would explain nearly as
+    much: then the others stand in its place, and this one in nobody's."""
+    if len(f.ids) <= len(outcome.best.ids):
+        return False
+    rest = f.hypothesis.key - {b.key}
+    without = min((g.chi2 for g in outcome.tried if g.hypothesis.key == rest), default=np.inf)
+    return without - f.chi2 < SMALL * (outcome.base.chi2 - f.chi2)
 
 
 def _adds(f: Fit, best: Fit) -> bool:
