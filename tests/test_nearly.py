@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from coils import write_sweep
+from outcomes import outcome_of
 
 import modelgen as mg
 from modelgen.diagnose import Verdict, diagnose
-from modelgen.diagnose.diagnosis import outcome_of
 from modelgen.diagnose.hypotheses.ranking import Standing, standings
 from modelgen.effects import CATALOGUE
 from modelgen.models import load

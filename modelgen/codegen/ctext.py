@@ -8,6 +8,7 @@ from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from modelgen.codegen.real import Graph
+from modelgen.language.write import free
 
 INFIX = {"add": ("+", 6), "sub": ("-", 6), "mul": ("*", 7), "div": ("/", 7)}
 RELATION = {"lt": "<", "le": "<=", "eq": "==", "ne": "!=", "and": "&&", "or": "||"}
@@ -32,6 +33,17 @@ RESERVED = frozenset((
     "errno", "linux", "unix", "asm", "state", "tangent", "status", "row",
 ))  # fmt: skip
 
+_INTEGERS = r"(?:U?INT(?:_LEAST|_FAST)?(?:8|16|32|64)|U?INTMAX|U?INTPTR|PTRDIFF|SIZE|SIG_ATOMIC|W?CHAR|WINT)"
+MACROS = re.compile(
+    rf"(?:FLT|DBL|LDBL)_[A-Z0-9_]+|DECIMAL_DIG|{_INTEGERS}_(?:MIN|MAX|C)|FP_(?:NAN|INFINITE|ZERO|SUBNORMAL|NORMAL|"
+    r"FAST_FMA[FL]?|ILOGB0|ILOGBNAN)|HUGE_VAL[FL]|MATH_ERRNO|MATH_ERREXCEPT|math_errhandling|MAXFLOAT|"
+    r"M_(?:E|LN2|LN10|LOG2E|LOG10E|PI|PI_2|PI_4|1_PI|2_PI|2_SQRTPI|SQRT2|SQRT1_2|"
+    r"3PI_4|TWOPI|SQRTPI|SQRT3|LN2LO|LN2HI|LOG2_E|INVLN2|IVLN10)|"  # Newlib's own
+    r"BUFSIZ|FILENAME_MAX|FOPEN_MAX|L_tmpnam|TMP_MAX|SEEK_(?:SET|CUR|END)|std(?:in|out|err)|"
+    r"EXIT_SUCCESS|EXIT_FAILURE|RAND_MAX|MB_CUR_MAX|EXPORT"
+)
+"""Of <float.h>, <math.h>, <stdint.h>, <stdio.h>, <stdlib.h>, and of the C of a co-simulation unit: replaced
+wherever they stand, in a struct as well."""
 
 # what the templates and the printer name themselves
 _OURS = re.compile(r"mg_.*|MG_.*|solve_.*|residual_.*|_.*|[est]\d+|j\d+_\d+|.*_next")
@@ -40,7 +52,8 @@ _OURS = re.compile(r"mg_.*|MG_.*|solve_.*|residual_.*|_.*|[est]\d+|j\d+_\d+|.*_n
 def c_name(name: str) -> str:
     """A name of the model as a C identifier that takes nothing over; different names stay different."""
     base = name.rstrip("_")
-    return f"{name}_" if base in RESERVED or _OURS.fullmatch(base) else name
+    ours = base in RESERVED or MACROS.fullmatch(base) or _OURS.fullmatch(base)
+    return f"{name}_" if ours else name
 
 
 def number(value: float) -> str:
@@ -119,10 +132,8 @@ class Printer:
         return uses
 
     def fresh(self, name: str) -> str:
-        while name in self.taken:
-            name += "_"
-        self.taken.add(name)
-        return name
+        """`name`, or one like it that the function has not yet."""
+        return free(name, self.taken)
 
     def _expression(self, at: int) -> tuple[str, int]:
         """(C text, precedence) of a node."""

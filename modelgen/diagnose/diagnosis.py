@@ -12,6 +12,7 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from modelgen.codegen import warm
+from modelgen.diagnose.clock import in_seconds
 from modelgen.diagnose.conclude import conclude
 from modelgen.diagnose.gate.exact import exact
 from modelgen.diagnose.gate.mirrored import mirrored, opposed
@@ -62,6 +63,7 @@ def diagnose(
     check_held(case)
     warm()
     catalogue = (*CATALOGUE, *(effects or ()))
+    model, case = in_seconds(model, case)
     model = whole(model)
     check_effects(effects or (), model, {k for e in CATALOGUE for k in e.kinds})
     # fits share the cores already; threads of small matrices wait for each other, ten times as long on a busy
@@ -230,13 +232,3 @@ def _searched(
     if alone is None and rather(outcome.judge, outcome.best, found.best):
         return ground, setting, outcome
     return again, anew, found
-
-
-def outcome_of(
-    model: Model, case: Case, catalogue: Sequence[Effect], seed: int = 0
-) -> tuple[Setting, Outcome]:
-    """Setting and outcome without a verdict, for studies of the search itself."""
-    model = whole(model)
-    made = _prepared(model, thin(model, bridged(model, case)[0]), seed)
-    _, setting, outcome = _accounted(model, made, catalogue, seed)
-    return setting, outcome

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modelgen.diagnose.base import fit_base, soundest
+from modelgen.diagnose.gate.channels import one_channel, port_at, shown
 from modelgen.diagnose.gate.hum import hum
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.oddities import mains, saturation
@@ -110,8 +111,7 @@ def _oddity(
 ) -> tuple[Leftover | None, tuple[Array, ...]]:
     """What the outliers have in common, if anything, and all samples that it spoils."""
     if model.is_time_model:  # the ends of a record are where the motion always comes
-        stand_out = [outliers(e, least=tread(s)) for s, e in zip(series, white, strict=True)]
-        found, more = saturation(series, white, stand_out)
+        found, more = _saturated(model, series, white)
         return found, tuple(a | b for a, b in zip(marks, more, strict=True))
     if any(s.measure == "real" and s.n < LISTED for s in series):
         return None, marks
@@ -122,6 +122,26 @@ def _oddity(
     if found is None:
         found, more = hum(f, white, port)
     return found, tuple(a | b for a, b in zip(marks, more, strict=True))
+
+
+def _saturated(
+    model: Model, series: Sequence[Series], white: Sequence[Array]
+) -> tuple[Leftover | None, list[Array]]:
+    """The clearest plateau of an output, and the samples on plateaus of any."""
+    found: list[Leftover] = []
+    on = [np.zeros(s.n, dtype=bool) for s in series]
+    outputs = [shown(model, s) for s in series]
+    for output in dict.fromkeys(n for names in outputs for n in names):
+        there = [(k, names.index(output)) for k, names in enumerate(outputs) if output in names]
+        parts = [one_channel(model, series[k], c) for k, c in there]
+        errors = [white[k][c : c + 1] for k, c in there]
+        stand_out = [outliers(e, least=tread(s)) for s, e in zip(parts, errors, strict=True)]
+        left, more = saturation(parts, errors, stand_out)
+        if left is not None:
+            found.append(replace(left, port=port_at(model, output, "force", "sensor") or left.port))
+        for (k, _), spoilt in zip(there, more, strict=True):
+            on[k] |= spoilt
+    return max(found, key=lambda x: x.gain, default=None), on
 
 
 NEAR = 0.1

@@ -27,6 +27,7 @@ from modelgen.language import (
     turning_point_of,
 )
 from modelgen.language.model import substituted
+from modelgen.language.write import free
 from modelgen.recordings.convert import is_time
 from modelgen.units import converts
 
@@ -82,7 +83,7 @@ def _oscillating(model: Model, axis: Input) -> Model:
     omega = next((s for s in model.statements if isinstance(s, Equation) and s.expr == 2 * pi * axis), None)
     if omega is None:
         taken = {q.name for q in (*model.inputs, *model.parameters, *model.statements)}
-        omega = Equation(_free("omega", taken), 2 * pi * axis, "rad/s", text="angular frequency")
+        omega = Equation(free("omega", taken), 2 * pi * axis, "rad/s", text="angular frequency")
         model = replace(model, statements=(omega, *model.statements))
     at = ("omega", omega.symbol)
     ports = (replace(p, variables=(*p.variables, at)) if p in lacking else p for p in model.ports)
@@ -95,7 +96,7 @@ def _per_omega(model: Model, port: Port) -> Model:
     s = j * port["omega"]
     kind, unit = PER_OMEGA[port.kind]
     taken = {q.name for q in (*model.inputs, *model.parameters, *model.statements)}
-    name = _free(f"{kind}_{port.name}", taken)
+    name = free(f"{kind}_{port.name}", taken)
     own = Symbol(name)
 
     def inner(Z: Any) -> tuple[Equation]:
@@ -123,12 +124,6 @@ def _within(model: Model, equation: str) -> tuple[Model, str]:
     known = {s.name for s in model.statements}
     model = model.extend(equation, lambda x: x)
     return model, next(s.name for s in model.statements if s.name not in known)
-
-
-def _free(name: str, taken: set[str]) -> str:
-    while name in taken:
-        name += "_"
-    return name
 
 
 def _timed(model: Model, port: Port, axis: Input) -> Model:
@@ -179,7 +174,7 @@ def _linked(model: Model) -> Model:
     for key in MOTION:
         i = inputs[force[key]]
         inside[key] = Equation(
-            _free(f"{i.name}_inside", taken), i, i.unit, text=f"{i.name} behind the linkage"
+            free(f"{i.name}_inside", taken), i, i.unit, text=f"{i.name} behind the linkage"
         )
     swaps = {force[key]: e.symbol for key, e in inside.items()}
     moved = [_behind(s, swaps) for s in model.statements]
@@ -212,7 +207,7 @@ def _known(model: Model, wanted: Input) -> Input:
     if wanted in model.inputs:
         return wanted
     taken = {q.name for q in (*model.inputs, *model.parameters, *model.statements)}
-    return replace(wanted, name=_free(wanted.name, taken))
+    return replace(wanted, name=free(wanted.name, taken))
 
 
 def _sensed(model: Model, output: str, axis: Input) -> Model:
@@ -227,5 +222,5 @@ def _sensed(model: Model, output: str, axis: Input) -> Model:
         model = replace(model, ports=tuple(moved))
     at: tuple[tuple[str, Any], ...] = (("t", axis.symbol), ("t_prev", before.symbol))
     name = "sensor" if len(model.outputs) == 1 else f"sensor_{output}"
-    name = _free(name, {p.name for p in model.ports})
+    name = free(name, {p.name for p in model.ports})
     return replace(model, ports=(*model.ports, Port(name, "sensor", output, at)))

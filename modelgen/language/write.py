@@ -11,7 +11,7 @@ from typing import Any
 
 import sympy as sp
 
-from modelgen import language
+from modelgen.language import __all__ as LANGUAGE
 from modelgen.language import functions
 from modelgen.language.layout import arguments, assigned, fill, imported, quoted, row
 from modelgen.language.meant import expressions
@@ -61,6 +61,15 @@ def _docstring(model: Model, note: str) -> str:
     return f'"""{text}\n"""' if "\n" in text else f'"""{text}"""'
 
 
+def free(name: str, taken: set[str]) -> str:
+    """`name`, with underscores behind it where that means something else already; from here on it is
+    taken."""
+    while name in taken:
+        name += "_"
+    taken.add(name)
+    return name
+
+
 class _File:
     """What is known while the file grows downwards: variables, what symbols are called, what is used."""
 
@@ -69,23 +78,17 @@ class _File:
         self.name = name
         self.printer = Printer({})
         self.symbols = self.printer.symbols
-        reserved = (dir(builtins), keyword.kwlist, language.__all__, vars(functions))
+        reserved = (dir(builtins), keyword.kwlist, LANGUAGE, vars(functions))
         self.taken = {name, "inf", "nan", *(x for names in reserved for x in names)}
         quantities = (*model.inputs, *model.parameters, *model.statements)
-        self.variable = {q.name: self.free(q.name) for q in quantities}
+        self.variable = {q.name: free(q.name, self.taken) for q in quantities}
         sources = Counter(p.source if isinstance(p, Parameter) else p.re.source for p in model.parameters)
         self.shared = self.numbered("SOURCE", [s for s, n in sources.items() if s and n > 1])
 
-    def free(self, name: str) -> str:
-        """`name`, with underscores behind it where it means something else in Python or in the file."""
-        while name in self.taken:
-            name += "_"
-        self.taken.add(name)
-        return name
-
     def numbered(self, name: str, texts: Sequence[str]) -> dict[str, str]:
         """A variable for each text that stands in several places."""
-        return {t: self.free(f"{name}_{k}" if len(texts) > 1 else name) for k, t in enumerate(texts, 1)}
+        several = len(texts) > 1
+        return {t: free(f"{name}_{k}" if several else name, self.taken) for k, t in enumerate(texts, 1)}
 
     def use(self, name: str) -> str:
         self.printer.used.add(name)
@@ -93,7 +96,7 @@ class _File:
 
     def imports(self) -> list[str]:
         wanted = self.printer.used - {"inf", "nan"}
-        own = sorted(wanted & set(language.__all__))
+        own = sorted(wanted & set(LANGUAGE))
         others = sorted(wanted - set(own) & set(vars(functions)))
         foreign = sorted(wanted - set(own) - set(others))
         places = (("modelgen.language", own), ("modelgen.language.functions", others), ("sympy", foreign))
@@ -198,7 +201,7 @@ class _File:
         for x in sorted(expr.free_symbols - set(self.symbols), key=lambda x: x.name):
             kind = "real" if x.is_real else "complex"
             new = kind if x.name in declared else "sought" if x.name in unknown else "before"
-            self.symbols[x] = self.free(f"{x.name}_{new}")
+            self.symbols[x] = free(f"{x.name}_{new}", self.taken)
             real = ["real=True"] if x.is_real else []
             lines.append(f"{self.symbols[x]} = {fill(*self.call('Symbol', [quoted(x.name), *real]))}")
         return lines

@@ -17,6 +17,7 @@ from modelgen.fit.experiment import Experiment, make_layout
 from modelgen.fit.fitting import channels
 from modelgen.fit.motion import errors_in_motion
 from modelgen.fit.own import fitted_alone
+from modelgen.fit.scatter import local_scatter
 from modelgen.fit.series import Array, Series, make_series
 from modelgen.fit.uncertainty import assess
 from modelgen.language import Model
@@ -48,8 +49,9 @@ def look_at_holdout(setting: Setting, outcome: Outcome, best: Fit, scale: float)
         series, notes = (), (f"hold-out not used: {why}",)
     moved = []
     for s, r in zip(series, records, strict=False):
-        told, usual = (setting.case.noise_of(x) for x in (r, setting.case.fit[0]))
-        s = _levelled_like(setting.series[0], s, setting.model.axis, told != usual)
+        k = _alike(setting, outcome.base, s)
+        told, usual = (setting.case.noise_of(x) for x in (r, setting.case.fit[k]))
+        s = _levelled_like(setting.series[k], s, setting.model.axis, told != usual)
         if setting.model.is_time_model:
             e, theta = predict(outcome.base, s, setting)  # as in the recordings that were fitted
             s = errors_in_motion(replace(e, series=(s,)), setting.case, r, theta, 0)
@@ -127,6 +129,18 @@ def foreseen(judge: Judge, fit: Fit, predicted: Sequence[tuple[Experiment, Array
         total += float(np.sum((rest @ covariance[np.ix_(at, at)]) * rest))
         count += len(J)
     return float(np.sqrt(1 + total / (count * scale**2))) if count else float("nan")
+
+
+def _alike(setting: Setting, base: Fit, s: Series) -> int:
+    """Which of the fit recordings of the same measure has the level of noise by which the base's residual
+    scatters in a held-out one between neighbours, or the nearest to it."""
+    alike = [k for k, x in enumerate(setting.series) if x.measure == s.measure] or [0]
+    if len(alike) == 1:
+        return alike[0]
+    e, theta = predict(base, s, setting)
+    own = float(np.median([local_scatter(x) for x in s.whitener.apply(e.raw(theta, 0))]))
+    levels = [_weight(s) / _weight(setting.series[k]) for k in alike]
+    return alike[int(np.argmin(np.abs(np.log(np.maximum(levels, 1e-300) / max(own, 1e-300)))))]
 
 
 def _levelled_like(fit: Series, s: Series, axis: str, differs: bool) -> Series:

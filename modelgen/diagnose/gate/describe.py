@@ -7,6 +7,7 @@ speed in time. But it can be built, fitted, exported and diagnosed like any othe
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,7 @@ def described(setting: Setting, outcome: Outcome, left: Leftover) -> Fit | None:
     effect = _effect(setting, left, ports[0]) if ports and left.terms else None
     if effect is None:
         return None
-    port = next(iter(effect.fits(setting.model)), None)
+    port = next((p for p in effect.fits(setting.model) if p.equation == ports[0].equation), None)
     if port is None:
         return None
     names = tuple(s.name for s in setting.series) if effect.each else ()
@@ -62,8 +63,13 @@ def described(setting: Setting, outcome: Outcome, left: Leftover) -> Fit | None:
     if left.terms[0] == LEVEL:
         begin = [{"bend": 1 / abs(left.terms[1]), "n": n} for n in BENDS]
     starts = [{f"{a.id}_{n}": x for n, x in values.items()} for values in begin]
-    fit = outcome.judge.fit(h, [h.place(base.hypothesis, base.theta, values) for values in starts])
-    return fit if base.bic - fit.bic > ALARM else None
+    places = [h.place(base.hypothesis, base.theta, values) for values in starts]
+    white = replace(outcome.judge, whiteners=tuple(replace(w, ar=None) for w in outcome.judge.whiteners))
+    for judge in (outcome.judge, white):  # the colour of what is left may have taken it for noise
+        fit = judge.fit(h, places)
+        if judge.look(base.hypothesis, base.theta).bic - fit.bic > ALARM:
+            return outcome.judge.look(h, fit.theta)
+    return None
 
 
 def _effect(setting: Setting, left: Leftover, port: Port) -> Effect | None:

@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 
 from modelgen.diagnose.gate import functions
+from modelgen.diagnose.gate.channels import places, shown
 from modelgen.diagnose.gate.functions import Group
 from modelgen.diagnose.gate.gains import CHECKED, Noise, gain_of, noise_of, parted
 from modelgen.diagnose.gate.leftover import Leftover
@@ -22,6 +23,7 @@ from modelgen.diagnose.noise.replica import motion_matters
 from modelgen.diagnose.noise.slow import gain_in_slow_noise
 from modelgen.diagnose.search.screen import Tangent
 from modelgen.fit.pool import share
+from modelgen.fit.series import Series
 from modelgen.fit.whitener import Array, Whitener
 from modelgen.language import Model
 
@@ -45,26 +47,29 @@ def in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
     names = model.derived_from(moved)
     z = functions.scaled([s.inputs[moved] for s in e.series])
     v = functions.scaled_speed([s.inputs[names["rate"]] for s in e.series])
-    shown = [e.raw(fit.theta, k)[0] + s.data[0] for k, s in enumerate(e.series)]
-    force = functions.scaled(shown)
+    modelled = [e.raw(fit.theta, k) + s.data for k, s in enumerate(e.series)]
 
-    def tried_in(group: Group) -> _Tried:
-        says, kind, make = group
-        port = next((p.name for p in model.ports if p.kind == kind), kind)
+    def tried_in(place: tuple[Group, str, str]) -> _Tried:
+        (says, _, make), port, output = place
+        at = [_channel(model, s, output) for s in e.series]
+        values = [x[c] for x, c in zip(modelled, at, strict=True)]
+        force = functions.scaled(values)
         blocks = []
-        for k, s in enumerate(e.series):
+        for k, (s, c) in enumerate(zip(e.series, at, strict=True)):
             terms = np.stack(list(make(z[k], v[k], s.inputs[model.axis], force[k])))
-            blocks.append(_in_first(plain.whiteners[k], terms, len(s.data)))
+            blocks.append(_in_channel(plain.whiteners[k], terms, c, len(s.data)))
         like = Leftover(0.0, 0.0, port, says, (make.__name__,))
         best = _best_of(tangent, np.concatenate(blocks), plain.prior, fit.white, like)
         if make.__name__ == "position":
             return _of_wave(best, [s.inputs[moved] for s in e.series])
         if make.__name__ == "shown":
-            limit = functions.level(best.left.terms[1], shown)
+            limit = functions.level(best.left.terms[1], values)
             return replace(best, left=replace(best.left, terms=(functions.LEVEL, *limit)))
         return best
 
-    tried = [*share(tried_in, functions.groups()), _jump(model, fit, plain, tangent)]
+    tried = share(tried_in, [(g, *at) for g in functions.groups() for at in places(model, e.series, g[1])])
+    jumps = [_jump(model, fit, plain, tangent, *at) for at in places(model, e.series, "force")]
+    tried = [*tried, *jumps]
     return [alone, *_checked(tried, plain, fit.white, alone.gain)]
 
 
@@ -72,27 +77,32 @@ MOMENTS = 60
 """At which a jump is tried in each recording."""
 
 
-def _jump(model: Model, fit: Fit, plain: Judge, tangent: Tangent) -> _Tried:
-    """The best jump at one moment of one recording: a clamp slips, a sensor is knocked."""
+def _jump(model: Model, fit: Fit, plain: Judge, tangent: Tangent, port: str, output: str) -> _Tried:
+    """The best jump of an output at one moment of one recording: a clamp slips, a sensor is knocked."""
     series, blocks, moments = fit.hypothesis.experiment.series, [], []
     unit = next(i.unit for i in model.inputs if i.name == model.axis)
     for k, s in enumerate(series):
         t = s.inputs[model.axis]
         starts = np.linspace(0, s.n, MOMENTS + 2)[1:-1].astype(int)
         steps = (np.arange(s.n) >= starts[:, None]).astype(float)
-        columns = _in_first(plain.whiteners[k], steps, len(s.data))
+        columns = _in_channel(plain.whiteners[k], steps, _channel(model, s, output), len(s.data))
         blocks.append(np.pad(columns, ((0, 0), (MOMENTS * k, MOMENTS * (len(series) - 1 - k)))))
         moments += [f"a jump of the force at {t[m]:.4g} {unit} in {s.name}" for m in starts]
-    port = next((p.name for p in model.ports if p.kind == "force"), "")
     like = Leftover(0.0, 0.0, port, "", (JUMP,))
     best = _best_of(tangent, np.concatenate(blocks), plain.prior, fit.white, like)
     return replace(best, left=replace(best.left, says=moments[best.left.terms[1]], terms=()))
 
 
-def _in_first(w: Whitener, terms: Array, outputs: int) -> Array:
-    """Whitened columns (outputs·n, k) of `terms` (k, n) in the first of a recording's outputs."""
+def _channel(model: Model, s: Series, output: str) -> int:
+    """Which channel of a recording shows an output; the first where none does."""
+    names = shown(model, s)
+    return names.index(output) if output in names else 0
+
+
+def _in_channel(w: Whitener, terms: Array, channel: int, outputs: int) -> Array:
+    """Whitened columns (outputs·n, k) of `terms` (k, n) in one of a recording's channels."""
     there = np.zeros((outputs, *terms.shape))
-    there[0] = terms
+    there[channel] = terms
     return np.asarray(w.apply(there).transpose(0, 2, 1).reshape(-1, len(terms)))
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from modelgen.diagnose.gate.channels import port_at, shown
 from modelgen.diagnose.gate.functions import LINE
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.evidence import effective
@@ -82,11 +83,9 @@ def line(model: Model, fit: Fit, n: int) -> Leftover:
 
     The price is that of having looked at every frequency.
     """
-    named = [
-        (s.name, s.inputs[model.axis], e[0])
-        for s, e in zip(fit.hypothesis.experiment.series, fit.white, strict=True)
-        if s.n >= 200
-    ]
+    long = [(s, e) for s, e in zip(fit.hypothesis.experiment.series, fit.white, strict=True) if s.n >= 200]
+    outputs = [n for s, _ in long for n in shown(model, s)]
+    named = [(s.name, s.inputs[model.axis], x) for s, e in long for x in e]
     none = Leftover(0.0, 0.0, "sensor", "")
     if not named:
         return none
@@ -108,7 +107,8 @@ def line(model: Model, fit: Fit, n: int) -> Leftover:
         tuned = [
             _tuned([x], float(f), 0.5 / span) for x, f in zip(series, grid[each.argmax(axis=1)], strict=True)
         ]
-        return _apart([name for name, *_ in named], tuned, apart)
+        port = _port(model, outputs[int(np.argmax(apart))])
+        return _apart([name for name, *_ in named], tuned, apart, port)
     # a slope that is taken out makes harmonics stand out more than the wave that they belong to
     waves = [float(grid[k]) / m for m in range(1, LOWEST + 1)]
     waves = [f for f in waves if f == waves[0] or total[int(np.argmin(np.abs(grid - f)))] > 0]
@@ -116,16 +116,22 @@ def line(model: Model, fit: Fit, n: int) -> Leftover:
     if _far(fit) and _share(series, f) < WHOLE:
         return none
     says = f"a line at {f:.4g} Hz that does not follow the motion"
-    return Leftover(gain, 2 * float(total[k]), "sensor", says, (LINE, f), line=f)
+    port = _port(model, outputs[int(np.argmax(each[:, k]))])
+    return Leftover(gain, 2 * float(total[k]), port, says, (LINE, f), line=f)
 
 
-def _apart(names: Sequence[str], f: Sequence[float], gains: Array) -> Leftover:
+def _port(model: Model, output: str) -> str:
+    """The sensor with which an output was recorded."""
+    return port_at(model, output, "sensor") or "sensor"
+
+
+def _apart(names: Sequence[str], f: Sequence[float], gains: Array, port: str) -> Leftover:
     """Lines of other frequencies `f` in the recordings in which they gain something."""
     where = [f"{x:.4g} Hz in {name}" for name, x, g in zip(names, f, gains, strict=True) if g > 0]
     lines = "a line" if len(where) == 1 else "lines"
     says = f"{lines} at {', '.join(where)}, not following the motion"
     gain, strongest = float(np.sum(gains[gains > 0])), f[int(np.argmax(gains))]
-    return Leftover(gain, gain, "sensor", says, (LINE, strongest), line=strongest)
+    return Leftover(gain, gain, port, says, (LINE, strongest), line=strongest)
 
 
 def _highest(t: Array) -> float:

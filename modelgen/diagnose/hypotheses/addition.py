@@ -45,7 +45,7 @@ class Addition:
 
     @property
     def key(self) -> tuple[str, str, int]:
-        return (self.effect.id, self.port.kind, id(self.effect))
+        return (self.effect.id, f"{self.port.kind} {self.port.equation}", id(self.effect))
 
     @property
     def strengths(self) -> tuple[str, ...]:

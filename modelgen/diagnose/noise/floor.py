@@ -200,10 +200,10 @@ def _along_rather(scatter: Scatter, f: Array, shapes: Array, known: int, found: 
 
 
 def _deviance(square: Array, shape: Array) -> tuple[float, float]:
-    """−2 ln of the likelihood of squares (2, n) of normal numbers of variance level·`shape`, and that
+    """−2 ln of the likelihood of squares (channels, n) of normal numbers of variance level·`shape`, and that
     level."""
     over = square / shape
     level = float(np.median(over)) / 0.455
     for _ in range(20):
         level = float(np.mean(np.minimum(over, LONE * level))) or 1e-300
-    return over.size * float(np.log(level)) + 2 * float(np.sum(np.log(shape))), level
+    return over.size * float(np.log(level)) + len(square) * float(np.sum(np.log(shape))), level
