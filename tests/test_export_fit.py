@@ -23,7 +23,7 @@ from modelgen.export.datasheet import emulator_files
 from modelgen.export.routines import make_unit
 from modelgen.export.text import facts_of, render, render_c
 from modelgen.export.vectors import make_vectors
-from modelgen.language import Equation, Input, Model
+from modelgen.language import Equation, Input, Model, Parameter
 
 COIL = models.electrodynamic_transducer
 FREE = ("R_e", "L_e", "Bl", "K_m", "R_m")
@@ -140,6 +140,20 @@ def test_the_self_test_fits_without_a_warning(real: str, tmp_path: Path) -> None
     build_file = (tmp_path / "CMakeLists.txt").read_text()
     assert "decay_fit.c modified_dahl_fit.c modelgen_fit.c" in build_file
     assert "bounded Levenberg–Marquardt" in (tmp_path / "DATASHEET.md").read_text()
+
+
+@needs_gcc
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_parameters_that_are_all_zero_are_moved_and_fitted_back(real: str, tmp_path: Path) -> None:
+    x, a, b = Input("x", range=(1.0, 2.0)), Parameter("a", "1", 0.0), Parameter("b", "1", 0.0, (-3.0, 0.0))
+    model = Model("zero", (x,), (a, b), (Equation("y", a * x + b * x**2),), ("y",))
+    export(model, "c99", tmp_path, Settings(real, measure=False, fitter=True))
+    said = ran(tmp_path)
+    assert "zero 0 checks failed" in said
+    left, start = re.findall(r"sum_of_squares (\S+) of (\S+)", said)[0]
+    assert float(left) <= 1e-4 * float(start) and float(start) > 0
+    moves = re.findall(r"p\.(\w) = \(?(-?[\d.]+)", (tmp_path / "zero_refit.c").read_text())
+    assert moves == [("a", "0.02"), ("b", "-0.02")]
 
 
 def test_a_model_without_parameters_has_no_fitter(tmp_path: Path) -> None:

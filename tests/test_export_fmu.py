@@ -14,9 +14,20 @@ from modelgen.codegen import build
 from modelgen.errors import InputError
 from modelgen.export import export
 from modelgen.export.c99 import Settings
-from modelgen.export.fmu import stand_alone
+from modelgen.export.fmu import _facts, stand_alone
 from modelgen.export.inverse import inverse
-from modelgen.language import Equation, Input, Model, Parameter, State, Symbol, amplitude_of, rate_of
+from modelgen.export.routines import make_unit
+from modelgen.language import (
+    Equation,
+    Input,
+    Model,
+    Parameter,
+    State,
+    Symbol,
+    amplitude_of,
+    previous,
+    rate_of,
+)
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed")
 SHIPPED = [getattr(models, n) for n in ("modified_dahl", "electrodynamic_transducer", "contact_damping")]
@@ -102,6 +113,37 @@ def test_a_time_model_steps_as_its_batch_does(version: int, tmp_path: Path) -> N
             found.append(unit.get("F"))
         assert np.array(found) == pytest.approx(wanted, rel=1e-12)
         unit.unit.reset()
+
+
+def lag(clock: str, tau: float) -> Model:
+    """A low-pass filter by Euler's rule, which tells its time: the clock and the lag are in `clock`."""
+    t, u, lag = Input("t", clock), Input("u", "V", range=(0.0, 1.0)), Parameter("tau", clock, tau)
+    before, x = previous(t), Symbol("x", real=True)
+    state = State("x", 0, update=x + (t - before) / lag * (u - x), unit="V")
+    at = Equation("at", t * 1, clock)
+    return Model("lag", (t, u, before), (lag,), (state, Equation("y", x, "V"), at), ("y", "at"))
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_clock_in_milliseconds_is_given_the_seconds_of_a_simulation_as_such(
+    version: int, tmp_path: Path
+) -> None:
+    unit = Stepper(export(lag("ms", 5.0), "fmu", tmp_path)[version - 2], version)
+    unit.set(u=1.0)
+    unit.start()
+    wanted = 0.0
+    for k in range(8):
+        unit.step(k / 1024, 1 / 1024)
+        wanted += 1000 / 1024 / 5 * (1 - wanted)
+        assert unit.get("y") == pytest.approx(wanted, rel=1e-12)
+        assert unit.get("at") == pytest.approx(1000 * (k + 1) / 1024, rel=1e-12)
+
+
+def test_a_clock_in_seconds_or_of_no_unit_is_taken_as_it_is() -> None:
+    for clock in ("s", "1"):
+        assert _facts(make_unit(lag(clock, 5.0)), 2)["sources"][:2] == ["dt", "c->time"]
+    with pytest.raises(InputError, match=r"model 'lag' steps along 't' \[mm\], wanted a time"):
+        _facts(make_unit(lag("mm", 5.0)), 2)
 
 
 def test_a_driven_state_sees_the_speed_of_its_input(tmp_path: Path) -> None:

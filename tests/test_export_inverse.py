@@ -15,7 +15,7 @@ from modelgen.export.host import Compiled
 from modelgen.export.inverse import inverse
 from modelgen.export.routines import make_unit
 from modelgen.export.text import facts_of, render, render_c
-from modelgen.language import Model
+from modelgen.language import Equation, Input, Model, Parameter, acceleration_of, rate_of
 
 ABSENT = arm.missing_tools()
 needs_arm = pytest.mark.skipif(bool(ABSENT), reason=f"not installed: {', '.join(ABSENT)}")
@@ -64,6 +64,36 @@ def test_a_force_that_no_displacement_gives_is_refused_and_changes_nothing() -> 
     h, offset = q[names.index("h_D")], q[names.index("F_0")]
     assert backward.call("step", no_spring, (STEP, offset + 1.01 * h))[0] == 1  # friction saturates
     assert backward.call("step", no_spring, (STEP, offset + 0.9 * h))[0] == 0
+
+
+def held(backward: Compiled, q: list[float], force: float) -> None:
+    """Samples at the time of the one before leave the drive; the next step goes on as if they were not."""
+    assert backward.call("start", q, (0.0, force))[0] == 0
+    for _ in range(3):
+        _, (z, _), _ = backward.call("step", q, (STEP, force))
+    kept = backward.state.copy()
+    for call in ("step", "step_jacobian", "step"):
+        status, (same, _), jac = backward.call(call, q, (0.0, 3 * force))
+        assert status == 0 and same == z and (call == "step" or np.isfinite(jac).all())
+    assert backward.state == pytest.approx(kept, abs=1e-15)
+    _, (there, _), _ = backward.call("step", q, (STEP, force))
+    backward.state[:] = kept
+    assert backward.call("step", q, (STEP, force))[1][0] == pytest.approx(there, abs=1e-12)
+
+
+@pytest.mark.parametrize("start", [0.0, 1.5])
+def test_where_no_time_passes_the_drive_stays(start: float) -> None:
+    backward, q = compiled(inverse(models.modified_dahl))
+    q[[s.name for s in backward.unit.parameters].index("z_0")] = start
+    assert backward.call("start", q, (0.0, 9.0))[1][0] == start
+    held(backward, q, 0.1)
+
+
+def test_where_no_time_passes_the_speed_stays_for_the_next_acceleration() -> None:
+    t, z, k, m = Input("t", "s"), Input("z", "m"), Parameter("k", "N/m", 900.0), Parameter("m", "kg", 2.0)
+    v, a = rate_of(z, "v", "m/s"), acceleration_of(z, "a", "m/s**2")
+    mass = Model("mass", (t, z, v, a), (k, m), (Equation("F", k * z + m * a, "N"),), ("F",))
+    held(*compiled(inverse(mass)), 5.0)
 
 
 def test_an_extended_model_is_inverted_too() -> None:

@@ -186,7 +186,8 @@ def _of_steps(unit: Unit, stable: float) -> list[str]:
     ways = f"in {parts} parts of a step" if parts > 1 else "in one"
     return [
         f"States are integrated by the classical Runge–Kutta scheme {ways}: with default parameters, from "
-        f"the first sample of the tests, a `dt` of more than {size} is unstable, a tenth of it accurate."
+        f"the first sample of the tests, a `{unit.step}` of more than {size} is unstable, a tenth of it "
+        f"accurate."
     ]
 
 

@@ -22,7 +22,7 @@ from modelgen.codegen.ctext import number
 from modelgen.errors import InputError, ToolError
 from modelgen.export.c99 import Settings
 from modelgen.export.fmi import stubs
-from modelgen.export.rewrite import STEP
+from modelgen.export.rewrite import step_name
 from modelgen.export.routines import make_unit
 from modelgen.export.text import facts_of, render, render_c
 from modelgen.export.unit import Unit
@@ -31,6 +31,7 @@ from modelgen.files import write_atomically
 from modelgen.language import Equation, Input, Model, State
 from modelgen.language.derived import per, values_before
 from modelgen.language.quantities import BACKWARD
+from modelgen.units import PURE, factor
 
 VERSIONS = (2, 3)
 
@@ -67,7 +68,8 @@ def stand_alone(model: Model) -> Model:
     before = values_before(model)
     inputs = {i.name: i for i in model.inputs if i not in moving and before.get(i.name) not in formed}
     t = model.inputs[0]
-    dt = Equation(STEP, t.symbol - _previous(inputs, t).symbol, t.unit, text="time since the step before")
+    since = t.symbol - _previous(inputs, t).symbol
+    dt = Equation(step_name(model), since, t.unit, text="time since the step before")
     equations, states = [dt], dict[str, State]()
     for i in sorted(moving, key=lambda i: i.derived != ("rate", (i.derived or "  ")[1])):
         kind, of = i.derived or ("", "")
@@ -129,9 +131,10 @@ def _content(unit: Unit, version: int) -> dict[str, bytes]:
 def _facts(unit: Unit, version: int) -> dict[str, Any]:
     """What the templates print. Parameters, inputs and outputs are numbered through."""
     clock = unit.model.axis if unit.steps else ""
-    own = [s for s in unit.inputs if s.name not in (STEP, clock)]
+    scale = _of_seconds(unit.model) if unit.steps else ""
+    own = [s for s in unit.inputs if s.name not in (unit.step, clock)]
     places = {s.name: f"c->values[PARAMETERS + {k}]" for k, s in enumerate(own)}
-    places |= {STEP: "dt", clock: "c->time"} if unit.steps else {}
+    places |= {unit.step: f"{scale}dt", clock: f"{scale}c->time"} if unit.steps else {}
     ranges = {i.name: default_range(i) for i in unit.model.inputs}
     starts = [default_of(unit.model.parameter(s.name)) for s in unit.parameters]
     starts += [0.5 * sum(ranges[s.name]) for s in own] + [0.0] * len(unit.outputs)
@@ -158,9 +161,25 @@ def _facts(unit: Unit, version: int) -> dict[str, Any]:
         "variables": variables, "units": sorted({"s", *(v["unit"] for v in variables)}),
         "says": escape(says), "parameters": unit.parameters, "inputs": own, "outputs": unit.outputs,
         "token": f"{{{'-'.join(parts)}}}", "sources": [places[s.name] for s in unit.inputs],
+        "by_step": any(s.name == unit.step for s in unit.inputs),
         "starts": [number(x) for x in starts], "in": "&in, " if unit.inputs else "",
         "stubs": stubs(version), "clock": unit.model.axis if clock else "time",
     }  # fmt: skip
+
+
+def _of_seconds(model: Model) -> str:
+    """C that makes the unit of the model's clock of the seconds that a simulation counts in, "" for none.
+
+    Raises InputError for a clock that is no time; one without a unit counts in seconds, too.
+    """
+    clock = model.inputs[0]
+    try:
+        scale = 1.0 if clock.unit in PURE else factor("s", clock.unit)
+    except InputError:
+        raise InputError(
+            f"model '{model.id}' steps along '{clock.name}' [{clock.unit}], wanted a time: a unit steps in s"
+        ) from None
+    return "" if scale == 1.0 else f"{number(scale)} * "
 
 
 def _unit_of(unit: Unit, name: str) -> str:

@@ -13,7 +13,6 @@ import numpy as np
 from modelgen.codegen.compiler import compile_library
 from modelgen.export.exact import DIGITS, FAILURES
 from modelgen.export.floats import rounder
-from modelgen.export.rewrite import STEP
 from modelgen.export.unit import Unit
 from modelgen.export.values import Range, Trial, default_range
 from modelgen.export.vectors import EPSILON, Vector, exact_outputs, unit_inputs
@@ -96,7 +95,7 @@ def reach(
     for slot in c.unit.inputs:
         low, high = _tested(c.unit, trial, slot.name, ranges)
         powers = [10.0**k for k in range(-DECADES, DECADES + 1, 2)]
-        tried = {*powers, *(v for v in (low, high) if v), *(-x for x in powers if slot.name != STEP)}
+        tried = {*powers, *(v for v in (low, high) if v), *(-x for x in powers if slot.name != c.unit.step)}
         values = sorted(rounder(real)(v) for v in tried)
         says = [_judge(c, real, trial, peak, slot.name, v) for v in values]
         first = min(range(len(values)), key=lambda k: abs(values[k] - rounder(real)(high or low)))
@@ -126,7 +125,7 @@ def _judge(c: Compiled, real: str, trial: Trial, peak: Sequence[float], name: st
     unit, p = c.unit, [trial.parameters[s.name] for s in c.unit.parameters]
     middle = dict(trial.samples[len(trial.samples) // 2])
     first, second = trial.samples[0], trial.samples[1 % len(trial.samples)]
-    moved = {unit.model.axis: first[unit.model.axis] + value} if name == STEP else {name: value}
+    moved = {unit.model.axis: first[unit.model.axis] + value} if name == unit.step else {name: value}
     samples = [dict(first), {**second, **moved}]
     samples = samples if unit.steps else [{**middle, name: value}]
     if unit.steps:

@@ -16,6 +16,7 @@ import sympy as sp
 
 from modelgen.errors import InputError, did_you_mean
 from modelgen.export.exact import DIGITS, run
+from modelgen.export.rewrite import step_name
 from modelgen.export.values import default_range, trials
 from modelgen.language import Equation, Implicit, Input, Model, Output, Parameter, State
 from modelgen.language.derived import per
@@ -27,12 +28,14 @@ def inverse(model: Model, output: str = "", drive: str = "") -> Model:
 
     By default the first output, and the first input after time. Rates of the drive become differences over
     the step; the drive is sought between two new parameters, drive_min and drive_max (an actuator's ends).
-    Where the output cannot be had there, no step is taken. At the first sample the drive is drive_0.
+    Where the output cannot be had there, no step is taken. At the first sample the drive is drive_0; at one
+    at the same time as that before, it stays where it is.
     Raises InputError for a model without memory, or with a rate or an implicit equation of its own.
     """
     z, wanted = _ends(model, output, drive)
     t, last = model.inputs[0], sp.Symbol(f"{z.name}_last", real=True)
-    dt = Equation("dt", t.symbol - sp.Symbol(f"{t.name}_prev", real=True), t.unit, text="time since the last")
+    since = t.symbol - sp.Symbol(f"{t.name}_prev", real=True)
+    dt = Equation(step_name(model), since, t.unit, text="time since the last")
     memory, derived = _derived(model, z, dt, last)
     low, high = default_range(z)
     limits = [
@@ -47,7 +50,7 @@ def inverse(model: Model, output: str = "", drive: str = "") -> Model:
         z.name,
         sp.Piecewise(
             (_expanded(model, derived, wanted) - target.symbol, dt.symbol > 0),
-            (z.symbol - limits[2].symbol, True),
+            (z.symbol - last, True),
         ),
         (limits[0].symbol, limits[1].symbol),
         z.unit,
@@ -64,7 +67,7 @@ def inverse(model: Model, output: str = "", drive: str = "") -> Model:
         source=model.source,
         text=f"inverse of: {model.text or model.id}",
         options=model.options,
-        checked=True,  # its residual is a displacement at the first sample and a force later
+        checked=True,  # its residual is a displacement where no time passes and a force elsewhere
     )
 
 
@@ -114,9 +117,8 @@ def _derived(model: Model, z: Input, dt: Equation, last: Any) -> tuple[Any, list
             v_last = sp.Symbol(f"{v.name}_last", real=True)
             bend = kinds["acceleration"]
             equations.append(Equation(bend.name, over_step(v.symbol - v_last, v.unit, bend.unit), bend.unit))
-            states.append(
-                State(v_last.name, update=v.symbol, unit=v.unit, text=f"{v.text} over the last step")
-            )
+            kept = sp.Piecewise((v.symbol, moving), (v_last, True))
+            states.append(State(v_last.name, update=kept, unit=v.unit, text=f"{v.text} over the last step"))
 
     def memory(start: Parameter) -> list[State]:
         return [replace(s, initial=start.symbol if s.name == last.name else 0) for s in states]

@@ -6,27 +6,38 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+import sympy as sp
+
 from modelgen.codegen.lower import PART
 from modelgen.codegen.program import Part, Program, Root, Sample
 from modelgen.codegen.real import Graph, Node
 from modelgen.language import Model
 from modelgen.language.derived import values_before
 from modelgen.language.quantities import BACKWARD
-
-STEP = "dt"
-"""The input that a model's clock becomes when all that counts is the time since the sample before."""
+from modelgen.language.write import free
 
 
 @dataclass(frozen=True)
 class Places:
     """What stands for an input or a parameter: another input's name, or a number; `clock` is (t, t_prev).
 
-    `kept` says which arguments the function of an implicit equation still has.
+    `kept` says which arguments the function of an implicit equation still has; `step` is what t − t_prev is
+    called.
     """
 
     names: Mapping[str, str | float]
     clock: tuple[str, str] | None = None
     kept: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    step: str = ""
+
+
+def step_name(model: Model) -> str:
+    """The input that a model's clock becomes when all that counts is the time since the sample before: "dt",
+    but for a model where that is something else."""
+    before = {of: n for n, of in values_before(model).items()}
+    t, last = (sp.Symbol(n, real=True) for n in (model.axis, before.get(model.axis, "")))
+    quantities = (*model.inputs, *model.parameters, *model.scalar_parameters, *model.statements)
+    return free("dt", {q.name for q in quantities if getattr(q, "expr", None) != t - last})
 
 
 def at_step(model: Model, fixed: Mapping[str, float], kept: Mapping[str, tuple[int, ...]]) -> Places:
@@ -38,7 +49,7 @@ def at_step(model: Model, fixed: Mapping[str, float], kept: Mapping[str, tuple[i
         if i.derived and i.derived[0] == "turning" and i.derived[1] in before
     }
     clock = (model.axis, before[model.axis]) if model.axis in before else None
-    return Places({**fixed, **turns}, clock, kept)
+    return Places({**fixed, **turns}, clock, kept, step_name(model))
 
 
 def at_start(model: Model, fixed: Mapping[str, float], kept: Mapping[str, tuple[int, ...]]) -> Places:
@@ -131,19 +142,20 @@ def _node(graph: Graph, old: Graph, at: int, new: dict[int, int], places: Places
     if len(args) == 1:
         return graph.unary(node.op, args[0])
     if node.op == "sub":
-        return _difference(graph, args[0], args[1], places.clock)
+        return _difference(graph, args[0], args[1], places)
     if node.op == "add":
         return _choice(graph, *args)
     return graph.binary(node.op, *args)
 
 
-def _difference(graph: Graph, a: int, b: int, clock: tuple[str, str] | None) -> int:
+def _difference(graph: Graph, a: int, b: int, places: Places) -> int:
     """a − b; of the clock's two readings, the step; 1 − (1 − x) is x."""
+    clock = places.clock
     names = tuple(str(graph.nodes[x].data) if graph.nodes[x].op == "in" else "" for x in (a, b))
     if clock and names == clock:
-        return graph.input(STEP)
+        return graph.input(places.step)
     if clock and names == clock[::-1]:
-        return graph.unary("neg", graph.input(STEP))
+        return graph.unary("neg", graph.input(places.step))
     inner = graph.nodes[b]
     if inner.op == "sub" and inner.args[0] == a and graph.value(a) is not None:
         return inner.args[1]

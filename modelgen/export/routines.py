@@ -13,7 +13,7 @@ from modelgen.codegen.program import Part, Program, Sample, build_program, sensi
 from modelgen.codegen.real import Work, work
 from modelgen.codegen.split import Pair
 from modelgen.errors import InputError
-from modelgen.export.rewrite import STEP, at_start, at_step, inputs_of, only, rewrite, rewrite_root
+from modelgen.export.rewrite import at_start, at_step, inputs_of, only, rewrite, rewrite_root, step_name
 from modelgen.export.stores import bare, broken, guarded
 from modelgen.export.unit import Routine, Slot, Unit, member
 from modelgen.language import Model
@@ -75,7 +75,7 @@ class _Maker:
         fixed: dict[str, float],
     ) -> None:
         self.model, self.program, self.step, self.first = model, program, step, first
-        self.prefix, self.fixed = prefix, fixed
+        self.prefix, self.fixed, self.since = prefix, fixed, step_name(model)
         needed = inputs_of(step)
         self.previous = {n: of for n, of in values_before(model).items() if n in needed}
         self.steps = bool(model.states or self.previous)
@@ -107,8 +107,8 @@ class _Maker:
         self.outputs = tuple(s for o in self.model.outputs for s in self._output(o.name))
         rows = tuple(s.name for o in self.program.outputs for s in self._output(o))
         return Unit(
-            self.model, self.program, self.prefix, tuple(self.fixed.items()), parameters, self.inputs,
-            self.states, self.tangents, self.outputs, rows, self.program.wrt, self._routines(),
+            self.model, self.program, self.prefix, self.since, tuple(self.fixed.items()), parameters,
+            self.inputs, self.states, self.tangents, self.outputs, rows, self.program.wrt, self._routines(),
         )  # fmt: skip
 
     def _direction(self, d: int) -> str:
@@ -122,9 +122,9 @@ class _Maker:
             for i in self.model.inputs
             if i.name in self.needed and i.name not in self.previous
         ]
-        if STEP in self.needed:
+        if self.since in self.needed:
             clock = self.model.inputs[0]
-            found.insert(0, Slot(STEP, STEP, comment(clock.unit), "time since the sample before"))
+            found.insert(0, Slot(self.since, self.since, comment(clock.unit), "time since the sample before"))
         return tuple(found)
 
     def _output(self, name: str) -> list[Slot]:

@@ -50,7 +50,7 @@ def _render_refit(unit: Unit, real: str, trial: Trial, vectors: Sequence[Vector]
         "in": "&samples[i], " if unit.inputs else "",
         "samples": [[literal(x, real) for x in v.inputs] for v in recorded],
         "weights": [literal(1 / x if x else 1.0, "double") for x in _scales(unit, recorded[0])],
-        "moved": list(_moved(unit, trial)),
+        "moved": list(_moved(unit, real, trial)),
     }  # fmt: skip
     return render("c99/refit.c", facts)
 
@@ -61,12 +61,15 @@ def _scales(unit: Unit, v: Vector) -> list[float]:
     return [v.scale[names.index(row)] for row in unit.rows]
 
 
-def _moved(unit: Unit, trial: Trial) -> Iterator[dict[str, str]]:
-    """Parameters that can be moved, with bounds a tenth to either side, inside the model's."""
+def _moved(unit: Unit, real: str, trial: Trial) -> Iterator[dict[str, str]]:
+    """Parameters that can be moved, with bounds a tenth to either side, inside the model's. A tenth of zero
+    is nothing: where all are zero, it is one of 1, and they move by a fifth of what the bounds leave."""
     members = {s.name: s.member for s in unit.parameters}
-    for name in unit.columns:
+    for name in [n for n in unit.columns if trial.parameters[n]] or unit.columns:
         value, (low, high) = trial.parameters[name], unit.model.parameter(name).bounds
-        low, high = max(low, value - abs(value) / 10), min(high, value + abs(value) / 10)
+        size = abs(value) or 1.0
+        low, high = max(low, value - size / 10), min(high, value + size / 10)
         if low < high:
+            move = f"*= {literal(0.98, real)}" if value else f"= {literal((high or low) / 5, real)}"
             ends = {"low": literal(low, "double"), "high": literal(high, "double")}
-            yield {"name": name, "member": members[name], **ends}
+            yield {"name": name, "member": members[name], "move": move, **ends}

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from modelgen.codegen.ctext import RESERVED
+from modelgen.codegen.ctext import MACROS, RESERVED
 from modelgen.codegen.program import Program
 from modelgen.export.floats import MATH
 from modelgen.language import Model
@@ -45,11 +45,13 @@ class Routine:
 @dataclass(frozen=True)
 class Unit:
     """A model as C for a controller. `rows` × `columns` is its Jacobian; no `states`: nothing to remember.
-    fitter: with the C that fits the columns' parameters to recorded samples."""
+    `step` is the input that is the time since the sample before, if there is one. fitter: with the C that
+    fits the columns' parameters to recorded samples."""
 
     model: Model
     program: Program
     prefix: str
+    step: str
     fixed: tuple[tuple[str, float], ...]
     parameters: tuple[Slot, ...]
     inputs: tuple[Slot, ...]
@@ -70,4 +72,4 @@ class Unit:
 def member(name: str) -> str:
     """A name of the model as a struct's member; only C's own words and macros are avoided."""
     base = name.rstrip("_")
-    return f"{name}_" if base in KEYWORDS or base in MATH else name
+    return f"{name}_" if base in KEYWORDS or base in MATH or MACROS.fullmatch(base) else name

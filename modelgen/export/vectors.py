@@ -12,7 +12,6 @@ import numpy as np
 from modelgen.errors import InputError
 from modelgen.export.exact import DIGITS, FAILURES, run
 from modelgen.export.floats import rounder
-from modelgen.export.rewrite import STEP
 from modelgen.export.unit import Unit
 from modelgen.export.values import Range, Trial, trials
 
@@ -181,4 +180,4 @@ def _scales(unit: Unit, wanted: np.ndarray) -> np.ndarray:
 def unit_inputs(unit: Unit, samples: Sequence[Mapping[str, float]], i: int) -> tuple[float, ...]:
     axis = unit.model.axis
     step = samples[i][axis] - samples[max(i - 1, 0)][axis] if axis else 0.0
-    return tuple(step if s.name == STEP else samples[i][s.name] for s in unit.inputs)
+    return tuple(step if s.name == unit.step else samples[i][s.name] for s in unit.inputs)
