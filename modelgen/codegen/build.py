@@ -193,7 +193,8 @@ def _compile(sources: list[Source], level: tuple[str, ...]) -> Path:
 def _code_version() -> str:
     """Hash of the code that makes code: what it built before, an edited version of it builds again."""
     here = Path(__file__).parent
-    files = [*here.glob("*.py"), *templates_folder().rglob("*.j2"), here.parent / "language" / "functions.py"]
+    used = (here.parent / "language" / name for name in ("functions.py", "write.py"))
+    files = [*here.glob("*.py"), *templates_folder().rglob("*.j2"), *used]
     return hashlib.sha256(b"".join(f.read_bytes() for f in sorted(files))).hexdigest()
 
 

@@ -111,8 +111,8 @@ class Case:
     @property
     def files(self) -> tuple[Path, ...]:
         """What it was read from: its own file, its recordings', and its model's where that is the user's."""
-        stem, python, _ = self.model.partition(".py")
-        model = self.path.parent / (stem + python) if self.path and python else None
+        source = self.model.rpartition(":")[0] if ".py:" in self.model else self.model
+        model = self.path.parent / source if self.path and source.endswith(".py") else None
         return tuple(p for p in (self.path, model, *(r.path for r in self.recordings)) if p is not None)
 
 

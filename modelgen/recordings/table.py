@@ -89,7 +89,7 @@ class Column:
 class Table:
     """A CSV file: its columns, and its rows as text with their line numbers (1-based, shape (n,)).
 
-    `mark` is the decimal mark: a comma where other marks separate columns, and commas occur below the header.
+    `mark` is the decimal mark: a comma where other marks separate columns, and a number has one.
     """
 
     path: Path
@@ -215,5 +215,16 @@ def read_table(path: Path) -> Table:
         raise fail(f"{path}, line {first + 1}: a header, but no data below it")
     lines = np.array(kept[1:], dtype=np.int64) + 1
     below = [rows[n] for n in kept[1:]]
-    mark = "," if delimiter != "," and any("," in row for row in below) else "."
-    return Table(path, first + 1, columns, lines, below, delimiter, mark)
+    return Table(path, first + 1, columns, lines, below, delimiter, _mark(columns, below, delimiter))
+
+
+def _mark(columns: Sequence[Column], rows: Sequence[str], delimiter: str) -> str:
+    """The decimal mark by the columns that have a unit, as all that are wanted do: in remarks a comma is
+    none."""
+    places = [c.index for c in columns if c.unit]
+    for row in rows if delimiter != "," else ():
+        cells = split(row, delimiter) if "," in row else []
+        found = [cells[k] for k in places if k < len(cells) and "," in cells[k]]
+        if any(_is_number(cell.replace(",", ".")) for cell in found):
+            return ","
+    return "."

@@ -13,6 +13,7 @@ from modelgen.fit.trace import Trace
 from modelgen.report import svg
 from modelgen.report.axes import dots, fold, folded_ticks, label, linear_ticks, log_ticks, wants_log
 from modelgen.report.thin import Array, every, excerpt, extremes
+from modelgen.units import converts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,7 +74,7 @@ def same_model(trace: Trace) -> bool:
 def stroke_of(trace: Trace) -> str:
     """Name of the input that a force is drawn over: the displacement, or ""."""
     recorded = [k for k, v in trace.inputs.items() if k != trace.axis and len(v) == len(trace.x)]
-    return "z" if "z" in recorded else next(iter(recorded), "") if trace.axis_unit == "s" else ""
+    return "z" if "z" in recorded else next(iter(recorded), "") if converts(trace.axis_unit, "s") else ""
 
 
 def recording(
@@ -155,7 +156,7 @@ def _line(axes: Axes, x: Array, y: Array, color: str, dashes: tuple[float, ...] 
 def _axis(axes: Axes, trace: Trace, x: Array, marks: list[Mismatch]) -> None:
     """The recording's own axis below: logarithmic over frequency, and the stretches where the model fails."""
     axes.set_xlabel(label(trace.axis, trace.axis_unit))
-    if trace.axis_unit != "s" and wants_log(x, 4):
+    if not converts(trace.axis_unit, "s") and wants_log(x, 4):
         axes.set_xscale("log")
         log_ticks(axes.xaxis, x)
     else:

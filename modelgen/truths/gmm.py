@@ -16,50 +16,30 @@ from scipy.special import jv
 
 from . import elements as el
 from .elements import Array, Complex
-from .further import entries
 from .impedance import (
     Scale,
+    Sweeps,
     cable_trap,
     capacitor,
-    frequencies,
     in_order,
     mains_hum,
     suspension,
     viscoelastic,
 )
-from .noise import sweep_whitener, white_sweep
-from .solve import NOTHING, Refit, Responses, Strength, refit_sweep
+from .solve import Strength
 
 MU0 = 4e-7 * np.pi
 Base = Mapping[str, float]
 
 
-class GmmScene:
-    """Sweeps of one magnetostrictive transducer: see `Scene`."""
+class GmmScene(Sweeps):
+    """Sweeps of one magnetostrictive transducer."""
 
     def __init__(self, base: Base, setup: Mapping[str, Any], levels: Mapping[str, float]) -> None:
-        self.base, self.sweeps, self.free = base, entries(setup), list(setup["free"])
-        drawn = setup["sweeps"]
-        self.f = [frequencies(s) for s in self.sweeps]
-        self.fit = [i for i, s in enumerate(drawn) if s["role"] == "fit"]
+        super().__init__(base, setup, levels)
         w0 = np.sqrt((base["A"] / (base["l"] * base["S33_re"]) + base["K_spr"]) / base["M_t"])
-        top = 2 * np.pi * max(f.max() for f in self.f[: len(drawn)])
-        self.scale = Scale(base["M_t"], float(w0), top)
-        self.levels = levels
-        self.whiten = sweep_whitener([self.f[i] for i in self.fit], levels)
+        self.scale = Scale(base["M_t"], float(w0), self.top)
         self.flux = [flux(f / base["f_c"]) for f in self.f]
-
-    def simulate(self, strength: Strength) -> Responses:
-        return [self._sweep(self.base, i, strength) for i in range(len(self.f))]
-
-    def refit(self, y: Responses, beside: Strength = NOTHING) -> Refit:
-        def base(p: Base) -> Responses:
-            return [self._sweep(p, i, beside) for i in self.fit]
-
-        return refit_sweep(base, self.base, self.free, self.whiten, y)
-
-    def white(self, i: int, e: Array, data: Array) -> Array:
-        return white_sweep(self.f[i], self.levels, e, data)
 
     def _sweep(self, p: Base, i: int, strength: Strength) -> Complex:
         f = self.f[i]

@@ -6,6 +6,7 @@ sweep whatever known mass is added: its figures are relative to `Scale`.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -31,16 +32,15 @@ class Scale:
     top: float
 
 
-class ImpedanceScene:
-    """Sweeps of one moving-coil device: see `Scene`."""
+class Sweeps(ABC):
+    """Sweeps of one device, by the impedance that it has in each: see `Scene`."""
 
     def __init__(self, base: Base, setup: Mapping[str, Any], levels: Mapping[str, float]) -> None:
         self.base, self.sweeps, self.free = base, entries(setup), list(setup["free"])
         drawn = setup["sweeps"]
         self.f = [frequencies(s) for s in self.sweeps]
         self.fit = [i for i, s in enumerate(drawn) if s["role"] == "fit"]
-        w0 = float(np.sqrt(base["K_m"] / base["M_m"]))
-        self.scale = Scale(base["M_m"], w0, 2 * np.pi * max(f.max() for f in self.f[: len(drawn)]))
+        self.top = 2 * np.pi * max(f.max() for f in self.f[: len(drawn)])
         self.levels = levels
         self.whiten = sweep_whitener([self.f[i] for i in self.fit], levels)
 
@@ -55,6 +55,18 @@ class ImpedanceScene:
 
     def white(self, i: int, e: Array, data: Array) -> Array:
         return white_sweep(self.f[i], self.levels, e, data)
+
+    @abstractmethod
+    def _sweep(self, p: Base, i: int, strength: Strength) -> Complex:
+        """Z [ohm] of sweep i."""
+
+
+class ImpedanceScene(Sweeps):
+    """Sweeps of one moving-coil device."""
+
+    def __init__(self, base: Base, setup: Mapping[str, Any], levels: Mapping[str, float]) -> None:
+        super().__init__(base, setup, levels)
+        self.scale = Scale(base["M_m"], float(np.sqrt(base["K_m"] / base["M_m"])), self.top)
 
     def _sweep(self, p: Base, i: int, strength: Strength) -> Complex:
         known, f = self.sweeps[i]["known"], self.f[i]

@@ -99,7 +99,7 @@ def mains(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftov
     harmonic now and then, HITS of them, two on the same one, hardly ever; of many that lie anywhere, some do.
     """
     for base in MAINS:
-        found = [_on_lines(x, np.sum(e**2, axis=0), base) for x, e in zip(f, white, strict=True)]
+        found = [_on_lines(x, e, base) for x, e in zip(f, white, strict=True)]
         hits: Array = np.array([[n in lines for n in ORDERS] for lines in found])
         if hits.sum() < HITS or (len(f) > 1 and hits.sum(axis=0).max() < 2):
             continue
@@ -116,10 +116,10 @@ def mains(f: Sequence[Array], white: Sequence[Array], port: str) -> tuple[Leftov
     return None, [np.zeros(len(x), dtype=bool) for x in f]
 
 
-def _on_lines(f: Array, power: Array, base: float) -> dict[int, Array]:
+def _on_lines(f: Array, e: Array, base: float) -> dict[int, Array]:
     """Orders of `base` on which a sweep is loud, and quiet beside; with the samples that each spoils, (n,)
     bool."""
-    p = _over_quiet(power)
+    p = _over_quiet(e)
     found = {}
     for n in ORDERS:
         away = np.abs(f - n * base)
@@ -131,9 +131,13 @@ def _on_lines(f: Array, power: Array, base: float) -> dict[int, Array]:
     return found
 
 
-def _over_quiet(power: Array) -> Array:
-    """Power of samples over that of most; the median of a χ² of two degrees is 1.39."""
-    return power / (float(np.median(power)) / 1.39 or 1.0)
+def _over_quiet(e: Array) -> Array:
+    """|e|² (n,) of residuals (channels, n), over what it is of most: noise has the median of a χ² of as many
+    degrees as there are channels."""
+    from scipy.special import gammaincinv
+
+    power = np.sum(e**2, axis=0)
+    return np.asarray(power / (float(np.median(power)) / (2 * gammaincinv(len(e) / 2, 0.5)) or 1.0))
 
 
 ALIKE = 1e-4
@@ -144,7 +148,7 @@ def _chance(f: Sequence[Array], white: Sequence[Array], base: float) -> float:
     """How likely so many of the loud samples are on lines of `base` if they may lie anywhere."""
     from scipy.special import bdtrc
 
-    loud = np.concatenate([_over_quiet(np.sum(e**2, axis=0)) > LOUD for e in white])
+    loud = np.concatenate([_over_quiet(e) > LOUD for e in white])
     lines = np.concatenate([_beside_lines(x, base) for x in f])
     return float(bdtrc(np.sum(loud & lines) - 1, np.sum(loud), np.mean(lines)))
 

@@ -26,7 +26,7 @@ SIZES = (0.35, 0.7, 1.4, 2.8, 5.6)
 RARE = 4.0
 """−2 ln of the prior of an error, by its size."""
 SURE = 20.0
-"""ΔBIC that the process must gain to be taken into the noise: forty of them are tried."""
+"""ΔBIC that the process must gain to be taken into the noise: for one sweep 25 are tried, for several 50."""
 
 
 def smooth_error(judge: Judge, fit: Fit) -> tuple[float, float, Smooth | None]:
@@ -40,7 +40,6 @@ def smooth_error(judge: Judge, fit: Fit) -> tuple[float, float, Smooth | None]:
         for s, w in zip(e.series, judge.whiteners, strict=True)
     )
     r, J = e.linearised(fit.theta, plain)
-    lnf = [np.log(s.inputs[e.model.axis]) for s in e.series]
     channels = [len(s.data) for s in e.series]
     over = quietness(e.series, plain)
     size = np.concatenate(
@@ -57,6 +56,7 @@ def smooth_error(judge: Judge, fit: Fit) -> tuple[float, float, Smooth | None]:
     white = none + fit.parameters * float(np.log(n)) - 2 * fit.hypothesis.log_common
     if any(s.measure == "real" or s.whitener.root is not None for s in e.series):
         return white, 0.0, None
+    lnf = [np.log(s.inputs[e.model.axis]) for s in e.series]  # of sweeps alone: other axes pass through zero
     gained, found = 0.0, None  # type: tuple[float, Smooth | None]
     sweeps = [len(x) for x in lnf]
     for length in LENGTHS:
