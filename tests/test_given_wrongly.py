@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sympy import tanh
+from sympy import Symbol, tanh
 
 import modelgen as mg
 from modelgen.cli.methods import read_method
@@ -35,6 +35,10 @@ SPRING = Model("spring", (t, z), (k,), (F,), ("F",), (PORT,))
         (lambda: Parameter("k", "N/mm", 1.0, (0, "1")), "'k': bounds: found '1'"),  # type: ignore[arg-type]
         (lambda: Model("s", (t, z), (k,), (F,), ("F",), PORT), "ports is of type Port"),  # type: ignore[arg-type]
         (lambda: Model("s", (t, z), k, (F,), ("F",)), "parameters is of type Parameter"),  # type: ignore[arg-type]
+        (
+            lambda: Model("s", (t, z), (k,), (Equation("F", k * Symbol("z_prev", real=True), "N"),), ("F",)),
+            r"'z_prev' is not declared: .* previous\(z\)",
+        ),
         (lambda: mg.build(SPRING, wrt="k"), "wrt is the text 'k'"),
         (lambda: mg.build(SPRING)(t=[0, 1], z=[0, 1], k=1j), "'k' .* is 1j, wanted a number"),
         (lambda: read_method("pso(-3)"), "wanted pso or pso"),

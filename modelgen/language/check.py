@@ -95,9 +95,17 @@ def _check_use(model: Model) -> None:
                 later = " (it stands further down)" if name in {x.name for x in model.statements} else ""
                 raise InputError(
                     f"model '{model.id}', equation '{s.name}': '{name}' is not declared{later}"
-                    f"{did_you_mean(name, known) if not later else ''}"
+                    f"{_hint(model, name, known) if not later else ''}"
                 )
         known.add(s.name)
+
+
+def _hint(model: Model, name: str, known: set[str]) -> str:
+    """What an undeclared name may have been meant for."""
+    of = name.removesuffix("_prev")
+    if of != name and of in {i.name for i in model.inputs}:
+        return f": the value of '{of}' at the sample before is previous({of}), one more of its inputs"
+    return did_you_mean(name, known)
 
 
 @lru_cache(maxsize=4096)

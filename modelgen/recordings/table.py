@@ -28,8 +28,8 @@ def fail(message: str) -> InputError:
 
 
 def show(text: object) -> str:
-    """A value as found, quoted, on one line, and no longer than a message can bear."""
-    full = repr(text)
+    """A value as found, as its file spells it, on one line, and no longer than a message can bear."""
+    full = str(text).lower() if isinstance(text, bool) else repr(text)
     return full if len(full) <= 60 else full[:56] + "...'"
 
 
