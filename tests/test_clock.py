@@ -6,8 +6,25 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from modelgen.codegen import build
+from modelgen.codegen.inputs import complete_inputs
 from modelgen.diagnose import Verdict, diagnose
-from modelgen.language import Equation, Input, Model, Output, Parameter, Port, State, j, pi
+from modelgen.diagnose.clock import in_seconds
+from modelgen.diagnose.whole_ports import whole
+from modelgen.effects import CATALOGUE
+from modelgen.language import (
+    Equation,
+    Input,
+    Model,
+    Output,
+    Parameter,
+    Port,
+    State,
+    acceleration_of,
+    j,
+    pi,
+    rate_of,
+)
 from modelgen.recordings import Case, Noise, Recording
 
 SIGMA = 0.01
@@ -76,3 +93,33 @@ def test_a_capacitance_is_found_over_any_frequency(unit: str, named: bool) -> No
     record = Recording("a", None, "fit", {"x": axis}, {"Z": data})
     (found,) = diagnose(Case(None, "coil", (record,), noise=Noise(relative={"Z": 2e-4})), model).effects
     assert found.id == "coil_capacitance" and found.parameters[0].value == pytest.approx(3e-8, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("clock", "speed", "bend"), [("s", "mm/min", "mm/s**2"), ("ms", "um/ms", "um/ms**2")]
+)
+def test_a_model_says_the_same_by_another_clock(clock: str, speed: str, bend: str) -> None:
+    per = {"s": 1.0, "ms": 1e3}[clock]
+    t, z = Input("t", clock), Input("z", "mm")
+    v, a = rate_of(z, "v", speed), acceleration_of(z, "a", bend)
+    c, M = Parameter("c", f"N/({speed})", 0.3, (0, 10)), Parameter("M", f"N/({bend})", 0.02, (0, 10))
+    tau = Parameter("tau_1", clock, 0.4 * per, (1e-3, 1e6))
+    x = State("x", 0, rate=(z - State("x", 0, update=0, unit="mm")) / tau, unit="mm")
+    k = Parameter("k", "N/mm", 1.0, (0, 10))
+    F = Equation("F", c * v + M * a + k * x, "N")
+    at = (("z", z.symbol), ("v", v.symbol), ("a", a.symbol))
+    ports = (Port("force", "force", "F", at),)
+    model = Model("arm", (t, z, v, a), (c, M, k, tau), (x, F), (Output("F"),), ports)
+    ts = np.arange(300) * 0.01
+    record = Recording("r", None, "fit", {"t": ts * per, "z": np.sin(5 * ts)}, {"F": 0 * ts})
+    told = []
+    for m, case in ((model, Case(None, "arm", (record,))), in_seconds(model, Case(None, "arm", (record,)))):
+        inputs, _ = complete_inputs(m, dict(case.fit[0].inputs), {"t": None, "z": 0.0})
+        told.append(np.asarray(build(m)(**inputs, **{p.name: p.default for p in (c, M, k, tau)})))
+        units = {i.name: i.unit for i in m.inputs}
+    assert np.allclose(*told, rtol=1e-9, atol=1e-12) and np.ptp(told[0]) > 1
+    assert units["t"] == "s" and not np.any([u.endswith("min)") for u in units.values()])
+    for laws in ("maxwell_branch", "inertia", "power_law_viscoelasticity"):
+        whole_model = whole(m)
+        fits = [(e, p) for e in CATALOGUE if e.id == laws for p in e.fits(whole_model)]
+        assert fits and all(e.extend(whole_model, p) for e, p in fits)

@@ -102,7 +102,7 @@ def test_a_glitch_on_top_of_a_narrow_resonance_is_an_outlier(tmp_path: Path, off
     Z[np.argmax(np.abs(Z)) + off] *= 1 + size * (1 - 0.4j)
     v = verdict(tmp_path, f, Z)
     assert v.adequate
-    assert any("outliers in 'sweep' are marked" in n for n in v.notes)
+    assert any("1 outlier in 'sweep' is marked" in n for n in v.notes)
 
 
 @pytest.mark.parametrize(("first", "count", "by"), [(139, 2, 1.2), (60, 4, 0.02), (138, 4, 0.02)])

@@ -1,13 +1,17 @@
 """A model and its recordings with the clock in seconds and frequency in hertz, as effects, ladders and lines
-count them: a model's own may run in milliseconds, kilohertz or radians per second."""
+count them, and speeds in what they are of per second: a model's own may run in milliseconds, kilohertz or
+radians per second, and its speeds in millimetres per minute."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from sympy import Symbol
 
 from modelgen.language import Equation, Implicit, Input, Model, Parameter, Statement
+from modelgen.language.derived import PER_TIME, per
 from modelgen.language.write import free
 from modelgen.recordings import Case, Noise, Recording
 from modelgen.recordings.convert import affine, is_frequency, is_time
@@ -17,24 +21,50 @@ def in_seconds(model: Model, case: Case) -> tuple[Model, Case]:
     """Both over seconds, or hertz; as they are where they already run so, or over something else."""
     axis = next((i for i in model.inputs if i.name == model.axis), None)
     wanted = "" if axis is None else "s" if is_time(axis.unit) else "Hz" if is_frequency(axis.unit) else ""
-    if axis is None or not wanted or (by := affine(axis.unit, wanted)[0]) == 1.0:
+    if axis is None or not wanted:
         return model, case
-    taken = {q.name for q in (*model.inputs, *model.parameters, *model.statements)}
-    units = f"{axis.unit} in one {wanted}"
-    per = Parameter(free("clock", taken), f"({axis.unit})/{wanted}", 1 / by, known=True, text=units)
-    clocks = {i.name for i in model.inputs if i is axis or (i.derived and i.derived[1] == axis.name)}
-    rerun = replace(
-        model,
-        inputs=tuple(replace(i, unit=wanted) if i.name in clocks else i for i in model.inputs),
-        parameters=(*model.parameters, per),
-        statements=tuple(_rerun(s, clocks, per) for s in model.statements),
-    )
-    if rerun.statements == model.statements:  # the clock is in none of them
-        rerun = replace(rerun, parameters=model.parameters)
-    if wanted == "Hz":
-        rerun = _angular(rerun, axis, per, free("omega", taken))
-    records = tuple(_rescaled(r, axis.name, by) for r in case.recordings)
-    return rerun, replace(case, recordings=records, noise=_noise(case.noise, axis.name, by))
+    by = affine(axis.unit, wanted)[0]
+    if by != 1.0:
+        taken = {q.name for q in (*model.inputs, *model.parameters, *model.statements)}
+        clock = _ratio(free("clock", taken), axis.unit, wanted, 1 / by)
+        clocks = {i.name for i in model.inputs if i is axis or (i.derived and i.derived[1] == axis.name)}
+        rerun = _read_as(model, dict.fromkeys(clocks, wanted), clock, slower=clock)
+        model = _angular(rerun, axis, clock, free("omega", taken)) if wanted == "Hz" else rerun
+        records = tuple(_rescaled(r, axis.name, by) for r in case.recordings)
+        case = replace(case, recordings=records, noise=_noise(case.noise, axis.name, by))
+    return _per_second(model) if wanted == "s" else model, case
+
+
+def _per_second(model: Model) -> Model:
+    """`model` whose speeds and accelerations are in units of what they are of per second."""
+    units = {i.name: i.unit for i in model.inputs}
+    for i in model.inputs:
+        kind, of = i.derived or ("", "")
+        if kind not in PER_TIME:
+            continue
+        wanted = f"({units[of]})" + "/s" * PER_TIME[kind]
+        by = per(units[of], "s", PER_TIME[kind], i.unit)
+        if abs(by - 1) < 1e-12:
+            continue
+        taken = {q.name for q in (*model.inputs, *model.parameters, *model.statements)}
+        model = _read_as(model, {i.name: wanted}, _ratio(free(f"per_{i.name}", taken), i.unit, wanted, by))
+    return model
+
+
+def _ratio(name: str, old: str, new: str, count: float) -> Parameter:
+    return Parameter(name, f"({old})/({new})", count, known=True, text=f"{old} in one {new}")
+
+
+def _read_as(
+    model: Model, units: Mapping[str, str], scale: Parameter, slower: Parameter | None = None
+) -> Model:
+    """`model` with inputs in other `units`, of which one is `scale` old ones, that says what it said before;
+    `slower`: its rates are per a time that is so many times as long."""
+    old = {x: x * scale.symbol for n in units for x in (Symbol(n), Symbol(n, real=True))}
+    statements = tuple(_rerun(s, old, slower) for s in model.statements)
+    known = model if statements == model.statements else model.with_parameters(scale)
+    inputs = tuple(replace(i, unit=units.get(i.name, i.unit)) for i in model.inputs)
+    return replace(known, inputs=inputs, statements=statements)
 
 
 def _angular(model: Model, axis: Input, per: Parameter, name: str) -> Model:
@@ -50,16 +80,15 @@ def _angular(model: Model, axis: Input, per: Parameter, name: str) -> Model:
     return replace(known, statements=(omega, *model.statements), ports=tuple(ports))
 
 
-def _rerun(s: Statement, clocks: set[str], per: Parameter) -> Statement:
-    """A statement that reads the new clock as it read the old one; rates are per second."""
-    old = {x: x * per.symbol for n in clocks for x in (Symbol(n), Symbol(n, real=True))}
+def _rerun(s: Statement, old: Mapping[Any, Any], slower: Parameter | None) -> Statement:
+    """A statement that reads new inputs as it read the `old` ones."""
     if isinstance(s, Equation):
         return replace(s, expr=s.expr.xreplace(old))
     if isinstance(s, Implicit):
         low, high = (x.xreplace(old) for x in s.bracket)
         return replace(s, residual=s.residual.xreplace(old), bracket=(low, high))
     update = None if s.update is None else s.update.xreplace(old)
-    rate = None if s.rate is None else s.rate.xreplace(old) * per.symbol
+    rate = None if s.rate is None else s.rate.xreplace(old) * (1 if slower is None else slower.symbol)
     return replace(s, initial=s.initial.xreplace(old), update=update, rate=rate)
 
 

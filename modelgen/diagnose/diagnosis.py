@@ -19,6 +19,7 @@ from modelgen.diagnose.gate.mirrored import mirrored, opposed
 from modelgen.diagnose.gate.narrow import glitch
 from modelgen.diagnose.ground import Ground, prepare
 from modelgen.diagnose.hypotheses.addition import additions
+from modelgen.diagnose.hypotheses.hypothesis import unbuilt
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.scales import motion_scales, port_scale, record_scales, values_at
 from modelgen.diagnose.hypotheses.setting import Outcome, Progress, Setting
@@ -47,7 +48,7 @@ def diagnose(
     *,
     effects: Sequence[Effect] | None = None,
     progress: Progress = None,
-    out: Path | None = None,
+    out: str | Path | None = None,
     seed: int = 0,
 ) -> Verdict:
     """Say whether `model` explains the recordings of `case`, and if not, which physics was left out.
@@ -61,6 +62,7 @@ def diagnose(
     check_given(model, case)
     check_seed(seed)
     check_held(case)
+    folder = None if out is None else Path(out)
     warm()
     catalogue = (*CATALOGUE, *(effects or ()))
     model, case = in_seconds(model, case)
@@ -69,7 +71,7 @@ def diagnose(
     # fits share the cores already; threads of small matrices wait for each other, ten times as long on a busy
     # machine
     with threadpool_limits(1, "blas"), _seldom_collected():
-        return _diagnosed(case, model, catalogue, effects or (), progress, out, seed)
+        return _diagnosed(case, model, catalogue, effects or (), progress, folder, seed)
 
 
 @contextmanager
@@ -108,7 +110,7 @@ def _diagnosed(
     if progress:
         progress(0.9, "deciding")
     turned = opposed(model, case, ground.base, outcome.best, seed)
-    idle = unused(own, model, setting.additions)
+    idle = (*unused(own, model, setting.additions), *unbuilt(model, setting.additions))
     marks = ground.marks
     if ground.oddity is None:
         marks = unexplained(outcome.best, ground.bare, marks)

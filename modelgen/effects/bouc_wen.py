@@ -5,6 +5,7 @@ from typing import Any
 from sympy import Symbol
 
 from modelgen.effects.effect import RARER, Effect, Strength, Values
+from modelgen.effects.motion import partner
 from modelgen.effects.start import at_start
 from modelgen.language import Abs, Equation, Max, Model, Piecewise, Port, State, Statement, exp, log
 
@@ -22,7 +23,7 @@ def _bouc_wen(model: Model, port: Port, p: Values) -> Model:
     With u = r sgn v, and y = −ln(1 − u), dy = ρ |dz| g(u): Dahl's law is g = 1, for which Runge's and Kutta's
     scheme is exact. A model with Dahl's exponent b keeps it: the law's bracket to the power of b.
     """
-    h, rho, b, F_r = (_quantity(model, kind) for kind in ("friction", "slip", "dahl", "force"))
+    h, rho, b, F_r = (_quantity(model, port, kind) for kind in ("friction", "slip", "dahl", "force"))
     old = port["r"]
     name = "bouc_wen_r"
 
@@ -65,9 +66,11 @@ def _no_less(x: Any) -> Any:
     return Max(x, NONE, evaluate=False)
 
 
-def _quantity(model: Model, kind: str) -> Any:
-    """What the model's port of this kind changes."""
-    return Symbol(next(q.equation for q in model.ports if q.kind == kind), real=True)
+def _quantity(model: Model, port: Port, kind: str) -> Any:
+    """What the port of this kind, or its partner of it, changes."""
+    found = port if port.kind == kind else partner(model, port, kind)
+    assert found is not None  # it fits where all are
+    return Symbol(found.equation, real=True)
 
 
 bouc_wen = Effect(

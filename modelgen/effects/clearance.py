@@ -55,9 +55,9 @@ def _play(*gaps: Callable[[Values], Any], name: str, dashpot: bool = True) -> Ap
         z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
         names = [name] if len(gaps) == 1 else [f"{name}_{k}" for k in range(len(gaps))]
         drive = (z, z_prev, z_turn)
-        plays = [_lagging(model, drive, n, g(p)) for n, g in zip(names, gaps, strict=True)]
+        plays = [_lagging(model, port, drive, n, g(p)) for n, g in zip(names, gaps, strict=True)]
         model = model.with_parameters(AWAY)
-        unit = moved_input(model).unit
+        unit = moved_input(model, port).unit
         before = [
             Equation(f"{n}_before", q.lag.symbol, unit, text="lag at the sample before")
             for n, q in zip(names, plays, strict=True)
@@ -88,10 +88,10 @@ class _Lagging:
     touching: Any
 
 
-def _lagging(model: Model, drive: tuple[Any, Any, Any], name: str, g: Any) -> _Lagging:
+def _lagging(model: Model, port: Port, drive: tuple[Any, Any, Any], name: str, g: Any) -> _Lagging:
     """The play of half the gap g behind the motion `drive`: z now, one sample before, where it turns."""
     z, z_prev, z_turn = drive
-    unit = moved_input(model).unit
+    unit = moved_input(model, port).unit
     lag = Symbol(f"{name}_lag", real=True)  # of the driven side behind the driving one, within ±g
 
     def play(lag: Any, dz: Any) -> Any:
@@ -102,7 +102,7 @@ def _lagging(model: Model, drive: tuple[Any, Any, Any], name: str, g: Any) -> _L
     turn = Equation(f"{name}_turn", turned, unit, text="lag where the driving side turns")
     state = State(
         lag.name,
-        (AWAY - 1) * g * sign(moved_rate(model).symbol),
+        (AWAY - 1) * g * sign(moved_rate(model, port).symbol),
         play(turn.symbol, z - z_turn),
         unit=unit,
         text="lag of the driven side",
@@ -137,7 +137,7 @@ loose_spring = Effect(
 
 def _gapped_friction(model: Model, port: Port, p: Values) -> Model:
     """A slider behind a spring with a gap: the way of the drive ahead of the slider is a play's."""
-    play = _lagging(model, (port["z"], port["z_prev"], port["z_turn"]), "gapped", p["w_f"])
+    play = _lagging(model, port, (port["z"], port["z_prev"], port["z_turn"]), "gapped", p["w_f"])
     ahead = -play.lag.symbol / p["w_f"]
     r = (ahead - within(ahead, p["share"])) / (1 - p["share"])
     return model.with_parameters(AWAY).extend(

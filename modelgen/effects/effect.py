@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from modelgen.effects.motion import partner
 from modelgen.errors import InputError
 from modelgen.language import Abs, Model, Parameter, Port, j
 from modelgen.units import converts, electrical, factor, tidy
@@ -172,7 +173,8 @@ class Effect:
         source."""
         units = {k: unit_of(model, v) for k, v in port.variables}
         units |= _port_units(port, model[port.equation].unit)
-        units["force"] = next((model[q.equation].unit for q in model.ports if q.kind == "force"), "N")
+        force = partner(model, port, "force")
+        units["force"] = model[force.equation].unit if force else "N"
         declared: dict[str, Parameter] = {}
         quantities: tuple[Strength | Shape, ...] = (*self.strengths, *self.shapes)
         for q in quantities:

@@ -15,7 +15,7 @@ SOFTENS = "the stiffness falls with the amplitude of the motion, as a network of
 
 
 def _payne(model: Model, port: Port, p: Values) -> Model:
-    A = amplitude_of(moved_input(model))
+    A = amplitude_of(moved_input(model, port))
     ratio = Max(A.symbol / p["A_c"], SLIGHT)
     return model.extend(port.equation, lambda k: k + p["k_0"] / (1 + ratio ** p["n_0"]), inputs=(A,))
 
@@ -41,7 +41,7 @@ payne_softening = Effect(
 def _payne_followed(model: Model, port: Port, p: Values) -> Model:
     """a' = (√(z² + ẑ²) − a)/τ with z a quarter of a cycle later, ẑ; exact for an amplitude that is constant
     between samples."""
-    moved = moved_input(model)
+    moved = moved_input(model, port)
     late, name = quadrature_of(moved), "payne_softening_a"
     now = sqrt(moved.symbol**2 + late.symbol**2)
     kept = exp(-(port["t"] - port["t_prev"]) / p["tau"])
@@ -77,7 +77,7 @@ payne_followed = Effect(
 def _payne_kinetic(model: Model, port: Port, p: Values) -> Model:
     """τ N' = 1 − N − (A/A_b)^n N, A = √(z² + ẑ²) with z a quarter of a cycle later, ẑ; exact for an amplitude
     that is constant between samples, from what it is in the long run at the first one's."""
-    moved = moved_input(model)
+    moved = moved_input(model, port)
     late, name = quadrature_of(moved), "payne_softening_N"
     broken = Max(sqrt(moved.symbol**2 + late.symbol**2) / p["A_b"], SLIGHT) ** p["n_b"]
     settled = 1 / (1 + broken)

@@ -10,7 +10,7 @@ from sympy import Symbol
 
 from modelgen.effects.effect import ANY, Apply, Effect, Shape, Strength, Values
 from modelgen.effects.friction import LEAST, STRENGTHENING, asymmetric_friction, position_friction
-from modelgen.effects.motion import way
+from modelgen.effects.motion import partner, way
 from modelgen.effects.start import at_start
 from modelgen.language import Abs, Equation, Max, Model, Port, State, exp, log, sign
 
@@ -27,19 +27,27 @@ def _levelled(model: Model, port: Port, name: str, rise: Any, stiff: bool = True
     Without a `stiff` start the slip length stays instead: ṙ = ρ(g v − |v| r).
     """
     state = port["r"].name
-    slip = next(q.equation for q in model.ports if q.kind == "slip")
+    slip = _slip(model, port)
     g, g_prev = Symbol(name, real=True), Symbol(f"{name}_prev", real=True)
     level = Equation(g.name, 1 + rise, text="level of friction at this speed")
     held = Symbol(f"{name}_last", real=True)
     before = Equation(g_prev.name, held, text="level at the sample before")
     last = State(held.name, at_start(model, level.expr), g, text="level, kept for the next sample")
-    first = [s.name for s in model.statements].index(slip)
+    names = [s.name for s in model.statements]
+    first = min(names.index(slip), names.index(port.equation))
     new = (level, before, last)
     model = replace(model, statements=(*model.statements[:first], *new, *model.statements[first:]))
     model = _carried(model, state, g_prev / g)
     if stiff:
         model = model.extend(slip, lambda rho: rho / g)
     return model.extend(port.equation, lambda h: h * g)
+
+
+def _slip(model: Model, port: Port) -> str:
+    """The equation of the slip length that belongs to a port's friction."""
+    found = partner(model, port, "slip")
+    assert found is not None  # no effect here is without
+    return found.equation
 
 
 def _carried(model: Model, state: str, ratio: Any) -> Model:
@@ -181,7 +189,7 @@ def _worn(model: Model, port: Port, name: str, s_r: Any) -> tuple[Model, Any]:
     """`model` with the share of the first roughness that is left after the way so far, and its symbol."""
     left = Symbol(name, real=True)
     rough = State(name, 1, left * exp(-way(port) / s_r), text="share of the first roughness that is left")
-    slip = next(q.equation for q in model.ports if q.kind == "slip")
+    slip = _slip(model, port)
     return model.before(slip, rough), left
 
 

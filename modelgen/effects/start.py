@@ -5,7 +5,7 @@ from typing import Any
 
 from sympy import sympify
 
-from modelgen.effects.motion import moved_input
+from modelgen.effects.motion import moved_inputs
 from modelgen.errors import InputError
 from modelgen.language import Equation, Implicit, Model, Port, State
 
@@ -47,6 +47,6 @@ def put(expr: Any, known: Mapping[Any, Any], of: Callable[[Any], Any] = lambda s
 
 def undeflected(model: Model, port: Port) -> Any:
     """The force where nothing moves, is deflected or remembered, in parameters alone."""
-    motion = {moved_input(model).symbol, *(i.symbol for i in model.inputs if i.derived)}
+    motion = {i.symbol for i in (*moved_inputs(model), *(i for i in model.inputs if i.derived))}
     states = {s.symbol for s in model.statements if isinstance(s, State)}
     return at_start(model, model[port.equation], dict.fromkeys(motion | states, 0))

@@ -225,7 +225,7 @@ structural_spring = Effect(
 
 
 def _loss_in_quadrature(model: Model, port: Port, p: Values) -> Model:
-    ahead = quadrature_of(moved_input(model))
+    ahead = quadrature_of(moved_input(model, port))
     return model.extend(port.equation, lambda F: F + p["H"] * ahead, inputs=(ahead,))
 
 

@@ -6,7 +6,7 @@ from sympy import Expr, Symbol
 
 from modelgen.effects.drift import SETTLES, WARMTH, WHOLE, settling
 from modelgen.effects.effect import ANY, Effect, Strength, Values, unit_of
-from modelgen.effects.motion import way
+from modelgen.effects.motion import partners, way
 from modelgen.language import Model, Parameter, Piecewise, Port, State, exp
 
 WARMS = "the stiffness changes in the course of the record, as the sample warms up"
@@ -27,7 +27,7 @@ temperature_drift = Effect(
 
 def _softer(model: Model, port: Port, p: Values) -> Model:
     beta, tau = p.values()
-    for q in (port, *(q for q in model.ports if q.kind == "friction")):
+    for q in (port, *partners(model, port, "friction")):
         at = replace(port, equation=q.equation)  # a port of friction needs not tell the time
         model = settling("material_warming", model, at, tau, lambda x, s: x * (1 + beta * s))
     return model
@@ -98,7 +98,7 @@ def _warmed_by_flow(model: Model, port: Port, p: Values) -> Model:
 def _warmed_all(model: Model, port: Port, p: Values) -> Model:
     model = _warmed(model, port, p)
     beta, _ = p.values()
-    for q in (q for q in model.ports if q.kind == "friction"):
+    for q in partners(model, port, "friction"):
         model = model.extend(q.equation, lambda x: x * (1 + beta * Symbol("self_heating", real=True)))
     return model
 

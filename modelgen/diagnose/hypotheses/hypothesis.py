@@ -94,6 +94,23 @@ def _extended(model: Model, added: tuple[Addition, ...]) -> Model:
     return added[-1].extend(_extended(model, added[:-1])) if added else model
 
 
+def unbuilt(model: Model, added: Sequence[Addition]) -> tuple[str, ...]:
+    """A note for each effect of which no law can be built at a port, with why."""
+    failed: dict[tuple[str, str], str] = {}
+    built = set()
+    for a in added:
+        try:
+            _extended(model, (a,))
+            built.add((a.id, a.port.name))
+        except InputError as why:
+            failed.setdefault((a.id, a.port.name), str(why))
+    return tuple(
+        f"{id} could not be tried at the {port} port: {why}"
+        for (id, port), why in failed.items()
+        if (id, port) not in built
+    )
+
+
 def _chained(added: tuple[Addition, ...]) -> tuple[Addition, ...]:
     """The effects in the order in which they act, however a search has come by them; what the recording chain
     does acts on all else."""
