@@ -196,7 +196,7 @@ def test_a_model_over_time_without_a_memory_may_lack_one() -> None:
     assert [e.id for e in found.effects] == ["maxwell_branch"] and found.effects[0].parameters[0].value < 0
 
 
-@pytest.mark.parametrize("noise", [0.02, 0.15])
+@pytest.mark.parametrize("noise", [0.02, pytest.param(0.15, marks=pytest.mark.slow)])
 def test_a_rate_may_be_taken_of_a_rate(noise: float) -> None:
     """In the model, and of what a next experiment would record: its noise is that of the displacement."""
     z = Input("z", "rad")
