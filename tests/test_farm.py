@@ -81,7 +81,7 @@ def test_profiles_on_an_executor_are_those_of_one_problem() -> None:
     with ThreadPoolExecutor(2) as pool:
         found = profiles(model, case, result, ("Bl", "R_m"), executor=pool)
     for p in found:
-        alone = profile(problem, p.name, values(result))
+        alone = profile(problem, p.name, values(result), estimate_noise=True)  # none is stated
         assert (p.low, p.high) == (alone.low, alone.high)
 
 

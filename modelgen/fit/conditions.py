@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,6 +36,11 @@ def held_values(ex: Experiment, k: int) -> dict[str, float]:
     return known | dict(ex.constants) | dict(ex.series[k].constants)
 
 
+def values_at(ex: Experiment, theta: Vector, k: int) -> dict[str, float]:
+    """Every parameter's value in recording k at θ."""
+    return held_values(ex, k) | dict(zip(ex.layout.wrt, ex.local(theta, k).tolist(), strict=True))
+
+
 def broken(model: Model, values: Mapping[str, float], constrained: bool = False) -> tuple[str, ...]:
     """A sentence for each condition of `model` that `values`, by name, do not meet. constrained: they were
     to, so that this is no cure."""
@@ -47,6 +52,21 @@ def broken(model: Model, values: Mapping[str, float], constrained: bool = False)
         if sum(terms) < -ROUNDING * max(map(abs, terms)):
             said.append(f"these values break a rule of passive devices, that {condition.says}{cure}")
     return tuple(said)
+
+
+def broken_in(
+    model: Model, recordings: Sequence[tuple[str, Mapping[str, float]]], constrained: bool = False
+) -> tuple[str, ...]:
+    """`broken` for the values of each recording, beside its name: each sentence once, with the recordings it
+    is about where others keep the rule."""
+    said: dict[str, list[str]] = {}
+    for name, values in recordings:
+        for sentence in broken(model, values, constrained):
+            said.setdefault(sentence, []).append(f"'{name}'")
+    return tuple(
+        sentence if len(where) == len(recordings) else f"in {', '.join(where)} {sentence}"
+        for sentence, where in said.items()
+    )
 
 
 def _inequality(

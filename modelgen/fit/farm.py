@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from modelgen.errors import InputError, ToolError
+from modelgen.fit.gauss_newton import GaussNewton
 from modelgen.fit.likelihood import Profile, profile
 from modelgen.fit.method import Method, Outcome
 from modelgen.fit.pool import cores
@@ -30,6 +31,7 @@ from modelgen.recordings import Case
 
 if TYPE_CHECKING:
     from modelgen.codegen import Function
+    from modelgen.fit.experiment import Experiment
     from modelgen.fit.result import FitResult
 
 STARTS_A_TASK = 4
@@ -71,12 +73,16 @@ def packed(*things: Any) -> bytes:
 
 @lru_cache(maxsize=8)
 def _problem(origin: bytes) -> Problem:
+    ex, _, constrained = _experiment(origin)
+    return ex.problem(constrained=constrained)
+
+
+def _experiment(origin: bytes) -> tuple[Experiment, Case, bool]:
     from modelgen.fit.experiment import experiment
     from modelgen.fit.series import make_series
 
     model, case, constrained = pickle.loads(origin)
-    series = [make_series(model, case, r) for r in case.fit]
-    return experiment(model, case, series).problem(constrained=constrained)
+    return experiment(model, case, [make_series(model, case, r) for r in case.fit]), case, constrained
 
 
 def _ends(
@@ -100,14 +106,27 @@ def profiles(
     Raises InputError for an unknown parameter.
     """
     origin = packed(model, case, False)
-    optimum = [e.value for e in found.parameters]
+    optimum = tuple(e.value for e in found.parameters)
     wanted = [found[n].name for n in names] or [e.name for e in found.parameters]
     futures = [executor.submit(_profile, origin, name, optimum, level) for name in wanted]
     return [f.result() for f in futures]
 
 
-def _profile(origin: bytes, name: str, optimum: Sequence[float], level: float) -> Profile:
-    return profile(_problem(origin), name, optimum, level=level)
+def _profile(origin: bytes, name: str, optimum: tuple[float, ...], level: float) -> Profile:
+    problem, stated = _ended(origin, optimum)
+    return profile(problem, name, optimum, level=level, estimate_noise=not stated)
+
+
+@lru_cache(maxsize=8)
+def _ended(origin: bytes, optimum: tuple[float, ...]) -> tuple[Problem, bool]:
+    """The problem with which a fit ended at `optimum`, and whether the noise of all recordings is stated."""
+    from modelgen.fit.motion import with_motion
+
+    ex, case, constrained = _experiment(origin)
+    # the fit took errors of the motion from where it ended without them
+    before = GaussNewton().run(ex.problem(constrained=constrained), optimum)
+    moved = with_motion(ex, case, case.fit, before.theta)
+    return moved.problem(constrained=constrained), all(s.stated for s in ex.series)
 
 
 def draw_many(function: Function, draws: Mapping[str, Any], executor: Executor) -> Any:

@@ -11,21 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.errors import InputError, did_you_mean
-from modelgen.fit.conditions import broken, held_values
+from modelgen.fit.conditions import broken_in, values_at
 from modelgen.fit.experiment import Experiment, experiment
 from modelgen.fit.farm import Farm
 from modelgen.fit.gauss_newton import GaussNewton
-from modelgen.fit.given import check_given, check_held, check_seed
+from modelgen.fit.given import check_given, check_held, check_seed, is_finite
 from modelgen.fit.method import Method, Outcome, Progress, Reason, part
 from modelgen.fit.motion import with_motion
 from modelgen.fit.multistart import MultiStart
 from modelgen.fit.own import fitted_alone
 from modelgen.fit.problem import Problem, Vector, wide
-from modelgen.fit.recipe import Recipe, fit_recipe
+from modelgen.fit.recipe import Recipe
 from modelgen.fit.remarks import Part, arrived, misfit, of_holdout, warnings
 from modelgen.fit.result import Estimate, FitResult, OutputFit, RecordingFit, estimates
 from modelgen.fit.separating import confusions
 from modelgen.fit.series import Array, Series, make_series
+from modelgen.fit.staged import fit_recipe
 from modelgen.fit.swarms import scattered, swarmed
 from modelgen.fit.trace import make_trace
 from modelgen.fit.uncertainty import assess
@@ -109,7 +110,7 @@ def _result(
     over = {role: _rms([w for s, _, w in parts if s.role == role]) for role in ("fit", "holdout")}
     amiss = (
         *warnings(case, outcome, found, parts, over["fit"], problem.segments is not None),
-        *broken(model, _values(ex, theta), constrained),
+        *broken_in(model, [(s.name, values_at(ex, theta, k)) for k, s in enumerate(ex.series)], constrained),
         *map(str, confusions(ex, theta, known)),
         *_kinds(model),
     )
@@ -170,8 +171,8 @@ def _started(problem: Problem, start: Mapping[str, float] | None) -> Problem:
         places = [k for k, n in enumerate(problem.names) if n == name or n.startswith(f"{name}[")]
         if not places:
             raise InputError(f"start: '{name}' is not a free parameter{did_you_mean(name, problem.names)}")
-        if isinstance(value, str) or np.ndim(value) or not np.isreal(value):
-            raise InputError(f"start: '{name}' is {value!r}, wanted a number")
+        if not is_finite(value):
+            raise InputError(f"start: '{name}' is {value!r}, wanted a finite number")
         begin[places] = value
     return replace(problem, start=begin)
 
@@ -237,11 +238,6 @@ def _searched(method: Method, problem: Problem, case: Case, seed: int, progress:
 
 def _whitened(ex: Experiment, theta: Vector) -> Sequence[tuple[Series, Array]]:
     return list(zip(ex.series, ex.whitened(theta), strict=True))
-
-
-def _values(ex: Experiment, theta: Vector) -> dict[str, float]:
-    """Every parameter's value in the first recording."""
-    return held_values(ex, 0) | dict(zip(ex.layout.wrt, ex.local(theta, 0).tolist(), strict=True))
 
 
 def _kinds(model: Model) -> tuple[str, ...]:

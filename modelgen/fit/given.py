@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
+
+import numpy as np
 
 from modelgen.errors import InputError
 from modelgen.fit.method import Method
@@ -37,6 +40,14 @@ def check_held(case: Case) -> None:
             raise InputError(
                 f"recording '{r.name}': '{min(lost)}' is a constant of every other, but not here"
             )
+
+
+def is_finite(value: Any) -> bool:
+    """Whether it is one finite real number; NaN would stand for the centre of the bounds."""
+    try:
+        return np.ndim(value) == 0 and math.isfinite(value)
+    except (TypeError, ValueError, OverflowError):  # of another kind, ragged, beyond a float
+        return False
 
 
 def _kind(x: Any) -> str:

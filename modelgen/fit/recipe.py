@@ -9,14 +9,17 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from modelgen.errors import InputError
-from modelgen.fit.conditions import broken, held_values
-from modelgen.fit.experiment import Experiment, experiment
+from modelgen.fit.carried import Known, after
+from modelgen.fit.conditions import held_values
+from modelgen.fit.experiment import Experiment, Layout, experiment
 from modelgen.fit.method import Method, Outcome, Progress, Reason, Seed, part
 from modelgen.fit.problem import Matrix, Problem, Vector
-from modelgen.fit.result import Estimate, FitResult
+from modelgen.fit.result import OutputFit, RecordingFit
 from modelgen.fit.series import make_series
+from modelgen.fit.uncertainty import Places, Product, product
 from modelgen.language import Model
 from modelgen.language.quantities import ComplexParameter
 from modelgen.recordings import Case, Noise, Recording
@@ -51,16 +54,26 @@ class Recipe:
 class StageResult:
     """What one stage found: θ of the parameters `names` (p,), the rms of its residual, work and time.
 
-    objective: √(Σe²/I), in the unit of the measure.
+    objective: √(Σe²/I), in the unit of the measure. recordings: the same for each, also for those held out.
+    problem: what was solved.
     """
 
     stage: Stage
+    problem: Problem
     names: tuple[str, ...]
     theta: Vector
     objective: float
     unit: str
     outcome: Outcome
+    recordings: tuple[RecordingFit, ...]
     seconds: float
+
+    @property
+    def held_out(self) -> float:
+        """The rms over all that is held out, as `objective`; NaN for nothing."""
+        held = [r for r in self.recordings if r.role == "holdout"]
+        points = sum(r.points for r in held)
+        return float(np.sqrt(sum(r.points * r.rms**2 for r in held) / points)) if held else np.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +81,7 @@ class Staged:
     """All stages' results, and every parameter's last value with its covariance (p, p), linearised.
 
     Errors of early stages are carried through the later ones; noise is as large as each stage's residual.
+    determined (p,), rank and `undetermined` (sentences): as in `Uncertainty`.
     """
 
     recipe: Recipe
@@ -75,6 +89,9 @@ class Staged:
     values: Mapping[str, float]
     names: tuple[str, ...]
     covariance: Matrix
+    determined: NDArray[np.bool_]
+    rank: int
+    undetermined: tuple[str, ...]
 
     def std(self, name: str) -> float:
         """Standard deviation of one parameter."""
@@ -94,15 +111,14 @@ def run_recipe(
     """Estimate by `recipe`. uncertain: standard deviations of constants that are known by measurement.
     constrained: keep the model's conditions, such as passivity, in each stage.
 
-    Raises InputError for a case that a recipe cannot deal with: parameters with a value in each recording, or
-    a recording that holds only another measure.
+    Hold-out recordings are predicted in each stage's measure. Raises InputError for a case that a recipe
+    cannot deal with: parameters with a value in each recording, or a recording that holds only another
+    measure.
     """
     if case.per_recording:
         raise InputError(f"{recipe.name}: per_recording is not for this method; '{case.per_recording[0]}' is")
     free = _free(model, case)
-    spread = dict(uncertain or {})
-    known = _Known(free, np.zeros((len(free), 0)), dict.fromkeys(free, np.nan))
-    known = known.with_sources(spread)
+    known = Known.nothing(free.names).with_sources(uncertain or {})
     done: list[StageResult] = []
     for k, stage in enumerate(recipe.stages):
         result, known = _run(
@@ -111,79 +127,62 @@ def run_recipe(
         done.append(result)
         if result.outcome.reason is Reason.INTERRUPTED:
             break
-    at = [known.names.index(n) for n in free if np.isfinite(known.values[n])]
-    names = tuple(known.names[i] for i in at)
+    sought = [
+        (n, p) for n, p in zip(free.names, free.parameters, strict=True) if np.isfinite(known.values[n])
+    ]
+    names = tuple(n for n, _ in sought)
+    span = np.array([p.bounds[1] - p.bounds[0] for _, p in sought])
+    judged = known.judged(names, span, _powers(done[-1], names))
     return Staged(
-        recipe,
-        tuple(done),
-        {n: known.values[n] for n in names},
-        names,
-        (known.error @ known.error.T)[np.ix_(at, at)],
-    )
+        recipe, tuple(done), {n: known.values[n] for n in names}, names,
+        judged.covariance, judged.determined, judged.rank, judged.undetermined,
+    )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class _Known:
-    """Values so far, and the error of each, linear in independent unit sources: (names, sources).
-
-    The measured constants are the first sources; each stage adds those of its own data, rotated into as many
-    as it has parameters.
-    """
-
-    names: tuple[str, ...]
-    error: Matrix
-    values: Mapping[str, float]
-
-    def with_sources(self, spread: Mapping[str, float]) -> _Known:
-        names = (*self.names, *spread)
-        error = np.zeros((len(names), len(spread)))
-        error[len(self.names) :] = np.diag(list(spread.values()))
-        return replace(self, names=names, error=error)
-
-
-def _free(model: Model, case: Case) -> tuple[str, ...]:
+def _free(model: Model, case: Case) -> Layout:
     series = [make_series(model, case, r) for r in case.fit]
-    return experiment(model, case, series).layout.names
+    return experiment(model, case, series).layout
 
 
 def _run(
     stage: Stage,
     model: Model,
     case: Case,
-    known: _Known,
+    known: Known,
     seed: Seed,
     progress: Progress | None,
     constrained: bool,
-) -> tuple[StageResult, _Known]:
+) -> tuple[StageResult, Known]:
     """One stage, and what is known after it."""
     began = time.perf_counter()
-    ex, whole, problem = _prepared(stage, model, case, known, constrained)
+    seen = _seen(case, stage)
+    ex, whole, problem = _prepared(stage, model, seen, known, constrained)
     sought = problem.names
     outcome = stage.method.run(problem, progress=progress, seed=seed)
     whole[[ex.layout.names.index(n) for n in sought]] = outcome.theta
     unit = "deg" if stage.measure == "phase" else ex.series[0].unit
     samples = sum(s.n for s in ex.series)
     result = StageResult(
-        stage, tuple(sought), outcome.theta, float(np.sqrt(outcome.value / samples)), unit, outcome,
-        time.perf_counter() - began,
+        stage, problem, tuple(sought), outcome.theta, float(np.sqrt(outcome.value / samples)), unit, outcome,
+        _met(ex, seen, whole, unit), time.perf_counter() - began,
     )  # fmt: skip
-    return result, _after(known, ex, whole, sought, stage.constants)
+    return result, after(known, ex, whole, sought, stage.constants)
 
 
 def stage_problem(
     stage: Stage, model: Model, case: Case, values: Mapping[str, float] | None = None
 ) -> Problem:
     """The least-squares problem of one stage, r its plain residual; `values`: what was found before it."""
-    free = _free(model, case)
-    known = _Known(free, np.zeros((len(free), 0)), dict.fromkeys(free, np.nan) | dict(values or {}))
-    return _prepared(stage, model, case, known, False)[2]
+    known = Known.nothing(_free(model, case).names)
+    known = replace(known, values=dict(known.values) | dict(values or {}))
+    return _prepared(stage, model, _seen(case, stage), known, False)[2]
 
 
 def _prepared(
-    stage: Stage, model: Model, case: Case, known: _Known, constrained: bool
+    stage: Stage, model: Model, seen: Case, known: Known, constrained: bool
 ) -> tuple[Experiment, Vector, Problem]:
     """The experiment with all that is sought in any stage, its θ so far, and this stage's own problem."""
-    ex = _experiment(model, _seen(case, stage), known)
+    ex = _experiment(model, seen, known)
     values = held_values(ex, 0) | {n: v for n, v in known.values.items() if np.isfinite(v)}
     free = ex.problem(constrained=constrained)
     start = dict(zip(free.names, free.start, strict=True))
@@ -198,7 +197,7 @@ def _seen(case: Case, stage: Stage) -> Case:
     outputs = {name for r in case.recordings for name in r.outputs}
     return replace(
         case,
-        recordings=tuple(_measured(r, stage) for r in case.fit),
+        recordings=tuple(_measured(r, stage) for r in case.recordings),
         constants=dict(case.constants) | dict(stage.constants),
         noise=Noise(sigma=dict.fromkeys(outputs, 1.0)),
     )
@@ -219,7 +218,7 @@ def _measured(r: Recording, stage: Stage) -> Recording:
     return replace(r, outputs=outputs, kinds=kinds, constants=constants)
 
 
-def _experiment(model: Model, case: Case, known: _Known) -> Experiment:
+def _experiment(model: Model, case: Case, known: Known) -> Experiment:
     """With derivatives by all that is sought in any stage, and by constants with an uncertainty."""
     from modelgen.codegen import build
 
@@ -242,62 +241,31 @@ def _holding(problem: Problem, sought: Sequence[str], whole: Vector) -> Problem:
     return problem
 
 
-def _after(
-    known: _Known, ex: Experiment, whole: Vector, sought: Sequence[str], assumed: Mapping[str, float]
-) -> _Known:
-    """Carry errors through a stage: δθ = −J⁺ (e + J_held δheld), e of the size of the residual."""
-    r, J = ex.linearised(whole)
-    place = [ex.layout.names.index(n) for n in sought]
-    inverse = np.linalg.pinv(J[:, place])
-    level = float(np.sqrt(r @ r / max(r.size - len(place), 1)))
-    U, s, _ = np.linalg.svd(inverse, full_matrices=False)
-    own = level * U * s  # as many unit sources as parameters have the covariance of J⁺e
-    error = np.hstack([known.error, np.zeros((len(known.names), len(place)))])
-    others = [k for k, n in enumerate(ex.layout.names) if n not in sought and n not in assumed]
-    rows = [known.names.index(ex.layout.names[k]) for k in others]
-    mine = [known.names.index(n) for n in sought]
-    moved = -inverse @ J[:, others] @ error[rows]
-    moved[:, -len(place) :] += own
-    error[mine] = moved
-    values = dict(known.values) | dict(zip(sought, whole[place].tolist(), strict=True))
-    return _Known(known.names, error, values)
+def _powers(last: StageResult, names: Sequence[str]) -> Product:
+    """Combinations of parameters, by their places in `names`, as products where the last stage sought all."""
+
+    def powers(index: Places, row: Vector) -> str:
+        own = [names[i] for i in index]
+        if not set(own) <= set(last.names):
+            return ""
+        _, J = last.problem.jacobian(last.theta)
+        return product(last.problem, last.theta, J, np.array([last.names.index(n) for n in own]), row)
+
+    return powers
 
 
-def fit_recipe(
-    model: Model,
-    case: Case,
-    recipe: Recipe,
-    seed: Seed = 0,
-    progress: Progress | None = None,
-    constrained: bool = False,
-) -> FitResult:
-    """`run_recipe` as the result of a fit: rms by measure, and what each stage reached among its notes."""
-    began = time.perf_counter()
-    found = run_recipe(recipe, model, case, seed, progress, constrained=constrained)
-    stages = [
-        f"stage {k}: {s.objective:.4g} {s.unit} rms of the {s.stage.measure} by {', '.join(s.names)}"
-        for k, s in enumerate(found.stages, 1)
-    ]
-    last = found.stages[-1]
-    values = {p.name: p.default for p in model.scalar_parameters} | dict(case.constants) | dict(found.values)
-    amiss = broken(model, {n: v for n, v in values.items() if v is not None}, constrained)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        std = np.sqrt(found.covariance.diagonal())
-        correlation = found.covariance / np.outer(std, std)
-    return FitResult(
-        model=model.id,
-        parameters=tuple(
-            Estimate(n, found.values[n], float(s), model.parameter(n).unit)
-            for n, s in zip(found.names, std, strict=True)
-        ),
-        correlation=correlation,
-        rank=len(found.names),
-        undetermined=(),
-        rms={s.unit: {"fit": s.objective} for s in found.stages},
-        rms_over_noise={},
-        seconds=time.perf_counter() - began,
-        reason=last.outcome.reason.value,
-        method=recipe.text or recipe.name,
-        notes=(*stages, *amiss),
-        warnings=amiss,
-    )
+def _met(ex: Experiment, seen: Case, whole: Vector, unit: str) -> tuple[RecordingFit, ...]:
+    """How each recording is met at θ `whole`, also those held out, which no stage has fitted."""
+    from modelgen.codegen.lower import primary_outputs
+
+    values = dict(zip(ex.layout.names, whole, strict=True))
+    found = [(s, ex.raw(whole, k)) for k, s in enumerate(ex.series)]
+    for r in seen.holdout:
+        alone = experiment(ex.model, seen, [make_series(ex.model, seen, r)], ex.function)
+        found.append((alone.series[0], alone.raw(np.array([values[n] for n in alone.layout.names]), 0)))
+    output, met = primary_outputs(ex.model)[0], []
+    for s, e in found:
+        rms = float(np.sqrt(np.sum(e**2) / s.n))
+        each = (OutputFit(output, rms, unit, np.nan),)
+        met.append(RecordingFit(s.name, s.role, s.n, rms, unit, np.nan, outputs=each))
+    return tuple(met)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -56,44 +56,72 @@ def assess(problem: Problem, theta: ArrayLike, *, estimate_noise: bool = False) 
     """
     theta = np.asarray(theta, dtype=float)
     r, J = problem.jacobian(theta)
-    for name, column in zip(problem.names, J.T, strict=True):
-        if not np.isfinite(column @ column):
-            raise InputError(f"parameter '{name}': the model's derivative is not finite at the optimum")
-    norms = np.linalg.norm(J, axis=0)
-    scale = np.where(norms > 0, norms, 1.0)
-    blind, inverse = _split(J / scale)
+    scale = column_norms(problem.names, J)
+    blind, inverse = split(J / scale)
     free = r.size - theta.size + blind.shape[1]
     noise = (float(np.sqrt(r @ r / free)) if free > 0 else np.nan) if estimate_noise else 1.0
     covariance = noise**2 * inverse / np.outer(scale, scale)
-    seen = np.linalg.norm(blind, axis=1) <= ROUNDING
     span = problem.upper - problem.lower
-    weak = np.flatnonzero(seen & (np.sqrt(covariance.diagonal()) > span))
-    vague = _vague(covariance, span, weak)
-    said = _sentences(blind, scale, problem.names, ROUNDING, partial(_product, problem, theta, J))
-    said += _sentences(vague, 1 / span, problem.names, MINOR, lambda *_: "", " within the bounds")
-    determined = seen.copy()
-    determined[weak] = False
-    covariance[~determined], covariance[:, ~determined] = np.nan, np.nan
-    std = np.sqrt(covariance.diagonal())
+    judged = judge(covariance, blind, scale, span, problem.names, partial(product, problem, theta, J))
+    std = np.sqrt(judged.covariance.diagonal())
     with np.errstate(invalid="ignore"):  # a residual of 0 leaves no deviation to relate
-        correlation = covariance / np.outer(std, std)
+        correlation = judged.covariance / np.outer(std, std)
     # a box may be far wider than what is known of a small number within it
     near = np.fmax(np.fmin(1e-9 * problem.width, std), ON_BOUND * std)
     return Uncertainty(
-        covariance=covariance,
+        covariance=judged.covariance,
         std=std,
         correlation=correlation,
-        rank=theta.size - blind.shape[1] - vague.shape[1],
-        determined=determined,
+        rank=judged.rank,
+        determined=judged.determined,
         at_bound=problem.at_bound(theta, near),
-        undetermined=said,
+        undetermined=judged.undetermined,
         noise=noise,
         residual=r,
         jacobian=J,
     )
 
 
-def _split(unit: Matrix) -> tuple[Matrix, Matrix]:
+@dataclass(frozen=True)
+class Judged:
+    """What is determined of p parameters: fields as in `Uncertainty`."""
+
+    covariance: Matrix
+    determined: NDArray[np.bool_]
+    rank: int
+    undetermined: tuple[str, ...]
+
+
+def judge(
+    covariance: Matrix, blind: Matrix, scale: Vector, span: Vector, names: tuple[str, ...], powers: Product
+) -> Judged:
+    """`covariance` (p, p) without what is not determined: what the open directions `blind` (p, q), of
+    scale·θ, reach, and what is wider than the `span` (p,) of its bounds.
+
+    powers: the places of parameters and a combination of them, as what product it is, or "".
+    """
+    seen = np.linalg.norm(blind, axis=1) <= ROUNDING
+    weak = np.flatnonzero(seen & (np.sqrt(covariance.diagonal()) > span))
+    vague = _vague(covariance, span, weak)
+    said = _sentences(blind, scale, names, ROUNDING, powers)
+    said += _sentences(vague, 1 / span, names, MINOR, lambda *_: "", " within the bounds")
+    determined = seen.copy()
+    determined[weak] = False
+    known = np.where(np.outer(determined, determined), covariance, np.nan)
+    return Judged(known, determined, len(names) - blind.shape[1] - vague.shape[1], said)
+
+
+def column_norms(names: Sequence[str], J: Matrix) -> Vector:
+    """Norms of the columns (p,), 1 for those of zeros. Raises InputError, naming the parameter, for one that
+    is not finite."""
+    norms = np.linalg.norm(J, axis=0)
+    for name, norm in zip(names, norms, strict=True):
+        if not np.isfinite(norm):
+            raise InputError(f"parameter '{name}': the model's derivative is not finite at the optimum")
+    return np.where(norms > 0, norms, 1.0)
+
+
+def split(unit: Matrix) -> tuple[Matrix, Matrix]:
     """The open directions (p, q), orthonormal, and the inverse of unitᵀ unit (p, p) on the others."""
     p = unit.shape[1]
     if not p:
@@ -114,7 +142,7 @@ def _vague(covariance: Matrix, span: Vector, weak: Places) -> Matrix:
 
 
 def _sentences(
-    open_: Matrix, scale: Vector, names: tuple[str, ...], least: float, product: Product, where: str = ""
+    open_: Matrix, scale: Vector, names: tuple[str, ...], least: float, powers: Product, where: str = ""
 ) -> tuple[str, ...]:
     """One sentence for each set of parameters that the open directions scale·θ (p, q) tie together.
 
@@ -128,7 +156,7 @@ def _sentences(
         for i in group:  # grows while it is walked: all that are tied, directly or not
             group += [j for j in left if tied[i, j] and j not in group]
         left = [i for i in left if i not in group]
-        said.append(_sentence(open_, scale, names, least, np.sort(group), product, where))
+        said.append(_sentence(open_, scale, names, least, np.sort(group), powers, where))
     return tuple(said)
 
 
@@ -138,7 +166,7 @@ def _sentence(
     names: tuple[str, ...],
     least: float,
     group: Places,
-    product: Product,
+    powers: Product,
     where: str,
 ) -> str:
     """What the data leave open among the parameters at the places `group` (k,)."""
@@ -150,12 +178,12 @@ def _sentence(
         return f"the data say nothing about {together}{where}"
     known = _reduced(U[:, rank:].T, least) * scale[group]
     used = known[0] != 0
-    only = product(group[used], known[0][used]) if len(known) == 1 else ""
+    only = powers(group[used], known[0][used]) if len(known) == 1 else ""
     only = only or " and ".join(_combination(row, own) for row in known)
     return f"the data don't determine {together} apart{where}: only {only}"
 
 
-def _product(problem: Problem, theta: Vector, J: Matrix, index: Places, row: Vector) -> str:
+def product(problem: Problem, theta: Vector, J: Matrix, index: Places, row: Vector) -> str:
     """ "a*b^2/c" if r depends on the parameters at `index` through that alone, "" if not.
 
     row: the coefficients of the linear combination that is determined near θ; times θ they are the exponents.
