@@ -32,7 +32,7 @@ def _check_signs(model: Model, case: Case) -> None:
     """No constant and no search range is below zero where the model has no meaning there, as of a mass."""
     known = [("[constants]", n, v) for n, v in case.constants.items()]
     known += [(f"recording '{r.name}'", n, v) for r in case.recordings for n, v in r.constants.items()]
-    known += [("[bounds]", n, high) for n, (_, high) in case.bounds.items()]
+    known += [("[bounds]", n, end) for n, pair in case.bounds.items() for end in reversed(pair)]
     for place, name, value in known:
         low = model.parameter(name).bounds[0]
         if value < 0 <= low:

@@ -294,7 +294,7 @@ z = 2.88e-4
         ("[bounds]\nk_D = [0, 1]\n[constants]\nk_D = 1", "", ["k_D", "a bound and a constant"]),
         ("[bounds]\nk_D = [0, 1]", "constants = {k_D = 1}", ["k_D", "a bound and a constant"]),
         ("[constants]\nk_D = nan", "", ["k_D", "finite"]),
-        ("[constants]\nk_D = true", "", ["k_D", "True", "number"]),
+        ("[constants]\nk_D = true", "", ["k_D = true", "wanted a number"]),
         ('[constants]\nk_D = "steady"', "", ["k_D", "'steady'", "[options]"]),
         ("[constants]\nk_D = 1" + "0" * 400, "", ["k_D", "finite"]),
         ("[bound]\nk_D = [0, 1]", "", ["'bound'", "did you mean 'bounds'"]),

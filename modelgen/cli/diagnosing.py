@@ -34,5 +34,5 @@ def diagnose_case(
     if json is not None:
         verdict.write_json(json)
     if report is not None:
-        write_html(verdict, report, case)
+        write_html(verdict, report, case, model)
     print_verdict(verdict, console())

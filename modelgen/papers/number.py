@@ -78,14 +78,17 @@ class Result:
 def judge(number: Published) -> Result:
     """Compute one number and say what became of it.
 
-    What the paper gives no means to compute is never called reproduced, however close a stand-in comes; and a
-    number that we meet is not wrong in print, whatever was said against it.
+    What the paper gives no means to compute is never called reproduced, however close a stand-in comes; a
+    number that we meet is not wrong in print, whatever was said against it, nor is one for which our
+    computation fails.
     """
     ours = math.nan if number.ours is None else float(number.ours())
     if number.given:
         return Result(number, ours, Verdict.GIVEN, number.given)
     if number.lacks:
         return Result(number, ours, Verdict.NOT_REPRODUCIBLE, number.lacks)
+    if not math.isfinite(ours):
+        return Result(number, ours, Verdict.NOT_REPRODUCIBLE, f"our computation gives {ours:g}, no number")
     gap = abs(ours - number.value)
     if gap <= number.tolerance:
         stated = number.within > number.rounding

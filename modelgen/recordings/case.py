@@ -89,6 +89,13 @@ class Case:
     noise: Noise = field(default_factory=Noise)
     options: Mapping[str, Any] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        count = Counter(r.name for r in self.recordings)
+        twice = next((n for n in count if count[n] > 1), None)
+        if twice is not None:  # a recording's own parameters are told by its name
+            where = f"{self.path or 'case'}, recordings"
+            raise fail(f"{where}: {count[twice]} are called '{twice}', wanted a name of its own for each")
+
     @property
     def fit(self) -> tuple[Recording, ...]:
         """The recordings that a fit may see."""

@@ -34,7 +34,7 @@ def write_html(
     verdict: Verdict, path: str | Path, case: Case | None = None, model: Model | None = None
 ) -> None:
     """Write the page whole or not at all. `case` adds its file's name, names of outputs and known constants,
-    `model` the units of inputs.
+    `model` what moves, and the units of inputs.
 
     Raises InputError or ToolError, one line, when it can't be written.
     """
@@ -138,12 +138,12 @@ def _figures(verdict: Verdict, case: Case | None, units: Mapping[str, str]) -> l
 
 
 def _units(verdict: Verdict, model: Model | None) -> dict[str, str]:
-    """Units of inputs: the model's, or those that the verdict happens to name."""
-    units = {n: u for t in verdict.traces for n, u in t.units.items()}
+    """Units of inputs as they are drawn: a verdict's clock runs in seconds where the model's may not."""
+    units = {i.name: i.unit for i in model.inputs} if model is not None else {}
     units |= {m.axis: m.unit for m in verdict.mismatch}
     if verdict.curve:
         units[verdict.curve.x_name] = verdict.curve.x_unit
-    return units | ({i.name: i.unit for i in model.inputs} if model is not None else {})
+    return units | {n: u for t in verdict.traces for n, u in t.units.items()}
 
 
 def _known(trace: Trace, case: Case | None) -> tuple[str, dict[str, float]]:
@@ -160,8 +160,10 @@ def _lack(verdict: Verdict, units: Mapping[str, str], model: Model | None) -> di
     if verdict.curve or verdict.adequate or not records:
         return None
     trace = max(records, key=lambda t: rms(t.white_before, t.outliers))
+    stroke = plots.stroke_of(trace)
+    moving = lack.moves(units.get(stroke, "")) and (model is None or _moving(verdict, model, stroke))
     return {
-        "svg": Markup(lack.lack(trace, units, moving := model is None or _moving(verdict, model))),
+        "svg": Markup(lack.lack(trace, units, moving, model)),
         "name": trace.name,
         "same": plots.same_model(trace),
         "moving": moving,
@@ -169,14 +171,16 @@ def _lack(verdict: Verdict, units: Mapping[str, str], model: Model | None) -> di
     }
 
 
-def _moving(verdict: Verdict, model: Model) -> bool:
-    """Whether the displacement at the port of the verdict, or at any, is recorded, and no state's."""
+def _moving(verdict: Verdict, model: Model, stroke: str) -> bool:
+    """Whether the displacement at the port of the verdict, or at any, is the recorded `stroke`, and no
+    state's; so it is taken where no port names one."""
     named = [p for p in model.ports if any(p.name == e.port for e in verdict.effects)]
     wanted = {str(x) for p in named or model.ports for n, x in p.variables if n == "z"}
     for s in reversed(model.statements):
         if s.name in wanted:
             wanted |= {x.name for expr in expressions(s) for x in expr.free_symbols}
-    return not wanted & {s.name for s in model.states}
+    wanted |= {i.derived[1] for i in model.inputs if i.derived and i.name in wanted}
+    return not wanted or (stroke in wanted and not wanted & {s.name for s in model.states})
 
 
 def _hypotheses(verdict: Verdict) -> list[dict[str, Any]]:

@@ -13,9 +13,12 @@ from modelgen.report.axes import dots, label, linear_ticks, log_ticks, wants_log
 from modelgen.report.plots import LOOP_POINTS, panels, same_model, stroke_of
 from modelgen.report.thin import Array, every, excerpt, upward
 from modelgen.report.words import in_english
+from modelgen.units import converts, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from modelgen.language import Model
 
 
 def drawable(trace: Trace) -> bool:
@@ -34,12 +37,18 @@ def cyclic(trace: Trace) -> bool:
     return upward(z) >= 2
 
 
-def lack(trace: Trace, units: Mapping[str, str], moving: bool, key: str = "l") -> str:
+def moves(unit: str) -> bool:
+    """Whether what is in this unit can be a motion, a length or an angle; "" where the unit isn't known."""
+    return not unit or converts(unit, "m") or converts(unit, "rad")
+
+
+def lack(trace: Trace, units: Mapping[str, str], moving: bool, model: Model | None, key: str = "l") -> str:
     """Data minus model before, and model after minus before, over what they may depend on, as an SVG.
 
     Over stroke, speed and acceleration, in a stretch of about three cycles, the one missed most by the model
     before. Records without cycles are drawn over time and stroke: a relaxation is read over the log of time.
-    So are those of what is not `moving` as recorded: what drives a model is not how it moves.
+    So are those of what is not `moving` as recorded: what drives a model is not how it moves. `model` says
+    which inputs are speed and acceleration.
     """
     from matplotlib.figure import Figure
 
@@ -47,7 +56,7 @@ def lack(trace: Trace, units: Mapping[str, str], moving: bool, key: str = "l") -
     misfit = np.sum(np.square(trace.white_before), axis=0)
     i = np.arange(len(trace.x))[excerpt(trace.inputs[stroke], misfit, fewest=400)]
     i = i[every(len(i), LOOP_POINTS)]
-    shown = _motion(trace, units) if moving and cyclic(trace) else _time_and_stroke(trace, units)
+    shown = _motion(trace, units, model) if moving and cyclic(trace) else _time_and_stroke(trace, units)
     name = f"missing {panels(trace)[0].title}"
     with svg.style():
         figure = Figure(figsize=(9.6, 3.4))
@@ -59,16 +68,25 @@ def lack(trace: Trace, units: Mapping[str, str], moving: bool, key: str = "l") -
         return svg.inline(figure, f"{name} in {trace.name} over {in_english(t for t, _ in shown)}", key)
 
 
-def _motion(trace: Trace, units: Mapping[str, str]) -> list[tuple[str, Array]]:
+def _motion(trace: Trace, units: Mapping[str, str], model: Model | None) -> list[tuple[str, Array]]:
     """Stroke, speed and acceleration with their labels; derivatives are the model's where it has them."""
     stroke = stroke_of(trace)
-    unit = units.get(stroke, "")
-    moving = [(label(stroke, unit), trace.inputs[stroke])]
-    x = trace.inputs[stroke]
-    for name, short, per in (("speed", "v", "/s"), ("acceleration", "a", "/s**2")):
-        x = trace.inputs.get(short, np.gradient(x, trace.x))
-        moving.append((label(name, f"{unit}{per}" if unit else ""), x))
+    own = {i.derived: i.name for i in model.inputs if i.name in trace.inputs} if model is not None else {}
+    unit, x = units.get(stroke, ""), trace.inputs[stroke]
+    moving = [(label(stroke, unit), x)]
+    for title, kind in (("speed", "rate"), ("acceleration", "acceleration")):
+        if (kind, stroke) in own:  # it may be in another unit: mm/s where the stroke is in µm
+            name = own[kind, stroke]
+            unit, x = units.get(name, ""), trace.inputs[name]
+        else:
+            unit, x = _per(unit, trace.axis_unit), np.gradient(x, trace.x)
+        moving.append((label(title, unit), x))
     return moving
+
+
+def _per(unit: str, axis_unit: str) -> str:
+    """The unit of a derivative over the axis; "" where one of them isn't known."""
+    return tidy(f"({unit})/({axis_unit})") if unit and axis_unit else ""
 
 
 def _time_and_stroke(trace: Trace, units: Mapping[str, str]) -> list[tuple[str, Array]]:

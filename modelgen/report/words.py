@@ -32,24 +32,31 @@ def number(x: float, digits: int = 3) -> str:
     return f"{_minus(f'{x / 10.0**exponent:.{digits - 1}f}')}·10{superscript(exponent)}"
 
 
-def short(x: float) -> str:
-    """`x` with up to four significant digits and no trailing zeros, for ranges and known constants."""
-    shown = number(x, 4)
+def short(x: float, digits: int = 4) -> str:
+    """`x` with up to so many significant digits and no trailing zeros, for ranges and known constants."""
+    shown = number(x, digits)
     head, dot, rest = shown.partition("·")
     return (head.rstrip("0").rstrip(".") if "." in head else head) + dot + rest
 
 
+SURE = 15  # decimal digits that a double holds
+ALONE = 1e-12  # of a value: smaller deviations are no digits of it that one can read
+
+
 def measured(value: float, std: float) -> str:
-    """Value and standard deviation to its last two figures: 0.3834 ± 0.0012, (1.20 ± 0.03)·10⁻⁵."""
+    """Value and standard deviation to its last two figures: 0.3834 ± 0.0012, (1.20 ± 0.03)·10⁻⁵; a tiny one
+    stands by itself: 100 ± 1.0·10⁻¹⁴."""
     if not math.isfinite(value):
         return "–"
     if not (math.isfinite(std) and std > 0):
         return number(value, 4)
+    if std < ALONE * abs(value):
+        return f"{short(value, SURE)} ± {number(std, 2)}"
     size = max(abs(value), std)
     exponent = math.floor(math.log10(size))
     shift = 0 if -4 < exponent < 6 else exponent
     value, std = value / 10.0**shift, std / 10.0**shift
-    decimals = min(max(1 - math.floor(math.log10(std)), 0), 12)
+    decimals = max(1 - math.floor(math.log10(std)), 0)
     value = round(value, decimals) + 0.0  # no minus before a zero
     text = f"{_minus(f'{value:.{decimals}f}')} ± {std:.{decimals}f}"
     return f"({text})·10{superscript(shift)}" if shift else text
