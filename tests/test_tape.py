@@ -92,7 +92,7 @@ def test_every_operation() -> None:
     assert_same_bits(Model("operations", (x,), (a, b), equations, tuple(f)), 333, "all")
 
 
-@pytest.mark.parametrize("every", [12, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("every", [6, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "base", ["electrodynamic_transducer", "magnetostrictive_transducer", "modified_dahl"]
 )
