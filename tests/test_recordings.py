@@ -336,6 +336,12 @@ def test_missing_case_file(tmp_path: Path) -> None:
         read_case_file(tmp_path / "case.toml")
 
 
+def test_a_misspelt_file_is_told_the_nearest(tmp_path: Path) -> None:
+    (tmp_path / "loop_3mm.csv").write_text("")
+    with pytest.raises(InputError, match=r"loop_3mm\.cvs: no such file, did you mean 'loop_3mm\.csv'\?"):
+        read_table(tmp_path / "loop_3mm.cvs")
+
+
 def test_names_of_files_that_share_a_stem(tmp_path: Path) -> None:
     for folder in ("up", "down"):
         (tmp_path / folder).mkdir()

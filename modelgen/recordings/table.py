@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.errors import InputError
+from modelgen.errors import InputError, did_you_mean
 
 HUGE = 1e60
 """No measured number is above it, and squares of squares of what is below do not overflow."""
@@ -46,7 +46,8 @@ def read_text(path: Path) -> str:
     """The text of a regular UTF-8 file, byte-order mark or not. Raises InputError when there is none."""
     try:
         if not path.exists():
-            raise fail(f"{path}: no such file")
+            there = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+            raise fail(f"{path}: no such file{did_you_mean(path.name, there)}")
         if not path.is_file():  # a folder, or a device that never ends
             raise fail(f"{path}: not a regular file")
         data = path.read_bytes()
