@@ -10,8 +10,9 @@ from typing import Any
 
 from sympy import Symbol
 
-from modelgen.language import Equation, Implicit, Input, Model, Parameter, Statement
+from modelgen.language import Equation, Input, Model, Parameter, State, Statement
 from modelgen.language.derived import PER_TIME, per
+from modelgen.language.model import substituted
 from modelgen.language.write import free
 from modelgen.recordings import Case, Noise, Recording
 from modelgen.recordings.convert import affine, is_frequency, is_time
@@ -82,14 +83,10 @@ def _angular(model: Model, axis: Input, per: Parameter, name: str) -> Model:
 
 def _rerun(s: Statement, old: Mapping[Any, Any], slower: Parameter | None) -> Statement:
     """A statement that reads new inputs as it read the `old` ones."""
-    if isinstance(s, Equation):
-        return replace(s, expr=s.expr.xreplace(old))
-    if isinstance(s, Implicit):
-        low, high = (x.xreplace(old) for x in s.bracket)
-        return replace(s, residual=s.residual.xreplace(old), bracket=(low, high))
-    update = None if s.update is None else s.update.xreplace(old)
-    rate = None if s.rate is None else s.rate.xreplace(old) * (1 if slower is None else slower.symbol)
-    return replace(s, initial=s.initial.xreplace(old), update=update, rate=rate)
+    new = substituted(s, old)
+    if slower is None or not isinstance(new, State) or new.rate is None:
+        return new
+    return replace(new, rate=new.rate * slower.symbol)
 
 
 def _rescaled(r: Recording, axis: str, by: float) -> Recording:

@@ -69,7 +69,6 @@ def _no_less(x: Any) -> Any:
 def _quantity(model: Model, port: Port, kind: str) -> Any:
     """What the port of this kind, or its partner of it, changes."""
     found = port if port.kind == kind else partner(model, port, kind)
-    assert found is not None  # it fits where all are
     return Symbol(found.equation, real=True)
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from modelgen.effects.motion import partner
+from modelgen.effects.motion import partners
 from modelgen.errors import InputError
 from modelgen.language import Abs, Model, Parameter, Port, j
 from modelgen.units import converts, electrical, factor, tidy
@@ -173,8 +173,7 @@ class Effect:
         source."""
         units = {k: unit_of(model, v) for k, v in port.variables}
         units |= _port_units(port, model[port.equation].unit)
-        force = partner(model, port, "force")
-        units["force"] = model[force.equation].unit if force else "N"
+        units["force"] = next((model[q.equation].unit for q in partners(model, port, "force")), "N")
         declared: dict[str, Parameter] = {}
         quantities: tuple[Strength | Shape, ...] = (*self.strengths, *self.shapes)
         for q in quantities:

@@ -29,7 +29,7 @@ def _tried(model: Model, port: Port, motion: dict[str, Any], mark: str) -> tuple
     """
     names = [s.name for s in model.statements]
     first = max(names.index(port[k].name) for k in MOTION) + 1
-    last = names.index(_force(model, port).equation)
+    last = names.index(partner(model, port, "force").equation)
     copies: list[Equation] = []
     table: dict[Any, Any] = {}
     for k in MOTION:
@@ -41,13 +41,6 @@ def _tried(model: Model, port: Port, motion: dict[str, Any], mark: str) -> tuple
             copies.append(Equation(f"{s.name}_{mark}", expr.xreplace(table), s.unit, text=f"{s.name}, tried"))
             table[s.symbol] = copies[-1].symbol
     return tuple(copies)
-
-
-def _force(model: Model, port: Port) -> Port:
-    """The port of the force that the motion at `port` makes."""
-    found = partner(model, port, "force")
-    assert found is not None  # it fits where there is one
-    return found
 
 
 def _joint(model: Model, port: Port, p: Values) -> Model:
@@ -80,7 +73,7 @@ def _behind(model: Model, port: Port, mark: str, c: Any, tau: Any, loaded: bool 
     def seen(new: Any, old: Any, rate: Any) -> dict[str, Any]:
         return {"z": z - new, "v": v - rate, "z_prev": z_prev - old, "z_turn": z_turn - old}
 
-    force = _force(model, port)
+    force = partner(model, port, "force")
     at_rest = Equation(
         f"{name}_rest", 0 if loaded else undeflected(model, force), model[force.equation].unit,
         text="the force where nothing is deflected",
@@ -122,7 +115,7 @@ def _settled(model: Model, port: Port, c: Any, tau: Any, beside: Parameter, rest
     A false start is a jump, and the dashpot behind the joint answers to it with a force that there never was.
     """
     z, v = (at_start(model, port[k]) for k in ("z", "v"))
-    whole = model[_force(model, port).equation]
+    whole = model[partner(model, port, "force").equation]
     feet = [s for s in model.statements if isinstance(s, State) and _follows(s, z)]
     relaxed = [s.symbol for s in feet if not sympify(s.initial).has(*BENT)]
 

@@ -35,9 +35,12 @@ def moved_inputs(model: Model) -> set[Input]:
     return {i for i in model.inputs if i.name in names}
 
 
-def partner(model: Model, port: Port, kind: str) -> Port | None:
-    """The first of the `partners`; None without any."""
-    return next(iter(partners(model, port, kind)), None)
+def partner(model: Model, port: Port, kind: str) -> Port:
+    """The first of the `partners`. Raises InputError without any."""
+    found = partners(model, port, kind)
+    if not found:
+        raise InputError(f"model '{model.id}' has no port of kind '{kind}' beside '{port.name}'")
+    return found[0]
 
 
 def partners(model: Model, port: Port, kind: str) -> list[Port]:

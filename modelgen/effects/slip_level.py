@@ -27,7 +27,7 @@ def _levelled(model: Model, port: Port, name: str, rise: Any, stiff: bool = True
     Without a `stiff` start the slip length stays instead: ṙ = ρ(g v − |v| r).
     """
     state = port["r"].name
-    slip = _slip(model, port)
+    slip = partner(model, port, "slip").equation
     g, g_prev = Symbol(name, real=True), Symbol(f"{name}_prev", real=True)
     level = Equation(g.name, 1 + rise, text="level of friction at this speed")
     held = Symbol(f"{name}_last", real=True)
@@ -41,13 +41,6 @@ def _levelled(model: Model, port: Port, name: str, rise: Any, stiff: bool = True
     if stiff:
         model = model.extend(slip, lambda rho: rho / g)
     return model.extend(port.equation, lambda h: h * g)
-
-
-def _slip(model: Model, port: Port) -> str:
-    """The equation of the slip length that belongs to a port's friction."""
-    found = partner(model, port, "slip")
-    assert found is not None  # no effect here is without
-    return found.equation
 
 
 def _carried(model: Model, state: str, ratio: Any) -> Model:
@@ -189,7 +182,7 @@ def _worn(model: Model, port: Port, name: str, s_r: Any) -> tuple[Model, Any]:
     """`model` with the share of the first roughness that is left after the way so far, and its symbol."""
     left = Symbol(name, real=True)
     rough = State(name, 1, left * exp(-way(port) / s_r), text="share of the first roughness that is left")
-    slip = _slip(model, port)
+    slip = partner(model, port, "slip").equation
     return model.before(slip, rough), left
 
 
