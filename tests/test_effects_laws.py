@@ -781,6 +781,20 @@ def test_a_joint_gives_way_to_the_force_behind_it(law: str, joint: dict[str, flo
     assert np.sqrt(np.mean((F - exact) ** 2)) < 2e-3 * np.std(exact)
 
 
+def test_a_dashpot_behind_a_joint_is_a_maxwell_element() -> None:
+    """F = Re[jωη e^{jωt}/(1 + jωτ)] with τ = c η, in cycles of 42 samples, τ being 2.4 of them: as little of
+    it is missed as tells a joint from a low-pass filter in front of the sensor."""
+    omega, dt, eta, c = 1500.0, 1e-4, 0.08, 0.003
+
+    def cycles(t: Array) -> Array:
+        return np.sin(omega * t)
+
+    t = np.arange(0, 0.05, dt)
+    exact = np.imag(1j * omega * eta * np.exp(1j * omega * t) / (1 + 1j * omega * c * eta))
+    F = force(find("contact_compliance", "displacement", "c"), record(t, cycles), {"c_D": eta}, c=c)
+    assert np.abs(F - exact)[200:].max() < 1.5e-3 * exact.max()
+
+
 @pytest.mark.parametrize("law", ["c", "c_f", "c_k"])
 def test_a_memory_begins_behind_a_joint(law: str) -> None:
     """A sample that rests under a force, behind a joint that gives: none of a springpot's arms is stretched,

@@ -64,11 +64,12 @@ def _behind(model: Model, port: Port, mark: str, c: Any, tau: Any, loaded: bool 
     unit, dt = unit_of(model, port["z"]), port["t"] - port["t_prev"]
     name = f"contact_compliance{mark}"
     beside = Parameter(f"{name}_step", unit, 1e-6, (1e-12, 1.0), "step of the slope", known=True)
-    d, last = (Symbol(f"{name}_{n}", real=True) for n in ("d", "slope"))
+    d, last, earlier = (Symbol(f"{name}_{n}", real=True) for n in ("d", "slope", "slope_before"))
 
-    def rate_of(new: Any) -> Any:
-        """d' by the second-order backward formula, 3/2 of the last slope less 1/2 of the one before."""
-        return 3 * (new - d) / dt / 2 - last / 2
+    def rate_of(new: Any, old: Any = d) -> Any:
+        """d' by the backward formula of third order: 11/6 of the last slope less 7/6 of the one before and
+        1/3 of the one before that. A dashpot behind the joint shows each error of it."""
+        return 11 * (new - old) / dt / 6 - 7 * last / 6 + earlier / 3
 
     def seen(new: Any, old: Any, rate: Any) -> dict[str, Any]:
         return {"z": z - new, "v": v - rate, "z_prev": z_prev - old, "z_turn": z_turn - old}
@@ -85,7 +86,7 @@ def _behind(model: Model, port: Port, mark: str, c: Any, tau: Any, loaded: bool 
         here = _tried(model, port, seen(new, d, rate_of(new)), f"here{mark}_{k}")
         there = _tried(model, port, seen(new + beside, d, rate_of(new + beside)), f"there{mark}_{k}")
         miss = new + tau * rate_of(new) - c * (here[-1] - rest)
-        gain = 1 + 3 * tau / dt / 2 - c * (there[-1] - here[-1]) / beside
+        gain = 1 + 11 * tau / dt / 6 - c * (there[-1] - here[-1]) / beside
         step = Equation(f"{name}_try_{k}", new - miss / gain, unit, text="what it gives, tried")
         tries += [*here, *there, step]
         new = step.symbol
@@ -98,12 +99,15 @@ def _behind(model: Model, port: Port, mark: str, c: Any, tau: Any, loaded: bool 
     rate = State(
         f"{name}_rate",
         rate_start,
-        3 * (d - before) / dt / 2 - last / 2,
+        rate_of(d, before.symbol),
         unit=speed,
         text="how fast",
     )
-    slope = State(last.name, rate_start, (d - before) / dt, unit=speed, text="its mean rate in the last step")
-    statements = (*tries, before, gives, rate, slope)
+    one = State(earlier.name, rate_start, last, unit=speed, text="its mean rate in the step before the last")
+    slope = State(
+        last.name, rate_start, (d - before.symbol) / dt, unit=speed, text="its mean rate in the last step"
+    )
+    statements = (*tries, before, gives, rate, one, slope)
     return moved(model, port, statements, seen(d, before.symbol, rate.symbol))
 
 

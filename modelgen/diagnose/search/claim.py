@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, mean_square, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, Setting, nearest
-from modelgen.diagnose.noise.noise import FITS
+from modelgen.diagnose.noise.noise import FITS, correlation_length
 from modelgen.diagnose.noise.recolour import own_noises
 from modelgen.diagnose.noise.replica import motion_matters
 from modelgen.diagnose.noise.slow import gain_in_slow_noise
 from modelgen.diagnose.noise.smooth_error import smooth_error
+from modelgen.diagnose.search.far import FAR, beyond_scatter
+from modelgen.fit.series import Array
 
 WORTH = 0.9
 """Where models stay far from the data, an effect must take away a tenth of the misfit to be named."""
@@ -38,6 +42,9 @@ PLAIN = 100.0
 of the noise may be all of it."""
 CREDIBLE = 1.35
 """A stated noise is believed when the best hypothesis leaves 1/CREDIBLE to CREDIBLE times as much."""
+THIRD = 1 / 3
+"""Of the squares that are left, taken away in the first and in the last half of each recording: noise of any
+colour has another shape in each."""
 MOSTLY = 0.25
 """Share of the evidence that coloured noise must leave: with less, it may be that, and more is asked."""
 
@@ -76,6 +83,8 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
         return False
     if sure and s.model.is_time_model:  # a colour that makes up for it is no noise that was stated
         return True
+    if s.model.is_time_model and _everywhere(old, new, alarm):
+        return True
     own = own_gain(s, judge, old, new)
     mostly = own < MOSTLY * (old.bic - new.bic) and not sure
     if s.model.is_time_model:
@@ -92,6 +101,26 @@ def _beyond_noise(s: Setting, judge: Judge, old: Fit, new: Fit) -> bool:
     if s.model.is_time_model:
         return mean_square(plain_white(new)) < CREDIBLE**2
     return not _far(new) and smooth_error(judge, old)[2] is None
+
+
+def _everywhere(old: Fit, new: Fit, alarm: float) -> bool:
+    """Whether `new` takes away a third of what is left of `old` all along each recording, where that is far
+    more than what scatters from sample to sample, and more than `alarm` in as many independent values as its
+    correlation leaves: a filter that foretells what is smooth gains as much of either."""
+    if beyond_scatter(old) < FAR:
+        return False
+    was, left = plain_white(old), plain_white(new)
+    parts = zip(_halves(was), _halves(left), strict=True)
+    if any(np.sum(b**2) > (1 - THIRD) * np.sum(a**2) for a, b in parts):
+        return False
+    count = effective(was) / correlation_length(was)
+    gain = count * float(np.log(misfit(old) / misfit(new)))
+    return gain - (new.parameters - old.parameters) * float(np.log(max(count, 3.0))) > alarm
+
+
+def _halves(white: Sequence[Array]) -> list[Array]:
+    """Residuals of the first and the last half of each recording."""
+    return [part for e in white for part in np.array_split(e, 2, axis=1)]
 
 
 def _to_noise(old: Fit, new: Fit) -> bool:
