@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,7 +48,8 @@ def folded_ticks(axes: Axes, most: float) -> None:
 
 
 def log_ticks(axis: Any, x: Array) -> None:
-    """Ticks at 1, 2, 5 over a decade or two, at powers of ten over more, and none between."""
+    """Ticks at 1, 2, 5 over a decade or two, at powers of ten over more, and none between; round ones as on
+    a linear axis where hardly any of these lies inside."""
     from matplotlib.ticker import FixedLocator, NullLocator
 
     finite = x[np.isfinite(x) & (x > 0)]
@@ -60,8 +62,11 @@ def log_ticks(axis: Any, x: Array) -> None:
     every = max(1, round(decades / 6))
     ticks = [m * 10.0**k for k in range(first, last + 1, every) for m in steps]
     ticks = [v for v in ticks if low * 0.98 <= v <= high * 1.02]
-    axis.set_major_locator(FixedLocator(ticks))
     axis.set_minor_locator(NullLocator())
+    if len(ticks) < 2:
+        linear_ticks(axis, most=4)
+        return
+    axis.set_major_locator(FixedLocator(ticks))
     axis.set_major_formatter(lambda v, _: plain(v))
 
 
@@ -76,7 +81,7 @@ def linear_ticks(axis: Any, most: int = 7) -> None:
         def format_ticks(self, values: list[float]) -> list[str]:
             size, step = np.max(np.abs(values), initial=0.0), np.min(np.diff(values), initial=np.inf)
             if not (np.isfinite(step) and 1e-3 <= size < 1e5 and step >= 1e-4):
-                return [plain(v) for v in values]
+                return told_apart(values)
             decimals = max(0, -int(np.floor(np.log10(step) + 1e-9)))
             return [f"{v + 0.0:.{decimals}f}".replace("-", "−") for v in np.round(values, 9)]
 
@@ -84,18 +89,27 @@ def linear_ticks(axis: Any, most: int = 7) -> None:
     axis.set_major_formatter(Plain())
 
 
-def plain(v: float) -> str:
-    """A tick: 0.05, 20, 5k, 10⁻⁶."""
+def told_apart(values: Sequence[float]) -> list[str]:
+    """Ticks with as many figures as no two of them look alike with."""
+    for figures in range(4, 13):
+        shown = [plain(v, figures) for v in values]
+        if len(set(shown)) == len(set(values)):
+            break
+    return shown
+
+
+def plain(v: float, figures: int = 4) -> str:
+    """A tick: 0.05, 20, 5k, 10⁻⁶; a power's factor has one figure less than `figures`."""
     size = abs(v)
     if size == 0:
         return "0"
     if 1e-3 <= size < 1e3:
-        text = f"{v:.4g}"
+        text = f"{v:.{figures}g}"
     elif 1e3 <= size < 1e6:
-        text = f"{v / 1e3:.4g}k"
+        text = f"{v / 1e3:.{figures}g}k"
     else:
         exponent = int(np.floor(np.log10(size) + 1e-9))
-        factor = f"{v / 10.0**exponent:.3g}"
+        factor = f"{v / 10.0**exponent:.{figures - 1}g}"
         power = f"10{superscript(exponent)}"
         text = power if factor == "1" else f"-{power}" if factor == "-1" else f"{factor}·{power}"
     return text.replace("-", "−")

@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 
 from modelgen.diagnose.noise.recurring import without_recurring
+from modelgen.diagnose.noise.stuck import stuck
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.scatter import local_scatter, rounding, stands
 from modelgen.fit.series import Array, Series
@@ -112,7 +113,9 @@ def outliers_of(e: Experiment, theta: Array, k: int) -> Array:
     if s.measure != "real" or not e.model.is_time_model:
         return outliers(white, modelled_output(e, theta, k))
     least = tread(s)
-    return without_recurring(e.model, s, white, outliers(white, least=least), partial(outliers, least=least))
+    alone = outliers(white, least=least)
+    lone = without_recurring(e.model, s, white, alone, partial(outliers, least=least))
+    return lone | stuck(s.data, white)
 
 
 def scatter(s: Series, x: Array) -> float:
