@@ -3,13 +3,14 @@
 from dataclasses import replace
 from typing import Any
 
+import sympy
 from sympy import Symbol, sympify
 
 from modelgen.effects.clearance import inner, moved
 from modelgen.effects.effect import BEFORE, FIRST, RARER, Effect, Shape, Strength, Values, change, unit_of
 from modelgen.effects.motion import MOTION, partner
 from modelgen.effects.start import at_start, put, undeflected
-from modelgen.language import Abs, Equation, Max, Min, Model, Parameter, Piecewise, Port, State, sign
+from modelgen.language import Equation, Max, Min, Model, Parameter, Piecewise, Port, State, sign
 
 SERIES = (
     "a joint or the frame gives: a spring in series with the sample, which sees less motion than is recorded"
@@ -132,7 +133,7 @@ def _settled(model: Model, port: Port, c: Any, tau: Any, beside: Parameter, rest
     return (c * (force(0, rate) - rest) - tau * rate) / gain, rate
 
 
-BENT = (Abs, Max, Min, Piecewise, sign)
+BENT = (sympy.Abs, Max, Min, Piecewise, sign)
 """What stands in the start of a state that is no foot of an arm: the greatest stroke so far, play."""
 
 

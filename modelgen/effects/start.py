@@ -3,19 +3,26 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import sympy
 from sympy import sympify
 
 from modelgen.effects.motion import moved_inputs
 from modelgen.errors import InputError
-from modelgen.language import Equation, Implicit, Model, Port, State
+from modelgen.language import Abs, Equation, Implicit, Model, Port, State
+from modelgen.language.quantities import BACKWARD
 
 
 def at_start(model: Model, expr: Any, known: Mapping[Any, Any] | None = None) -> Any:
     """An expression as it is at the first sample, in inputs and parameters alone: what `State.initial` may
-    hold. known: symbols that have other values there than the model's statements give them."""
+    hold. There what an input was before is what it is. known: symbols that have other values there than the
+    model's statements give them."""
     statements = {s.name: s for s in model.statements}
+    inputs = {i.name: i.symbol for i in model.inputs}
+    now = {i.name: inputs[i.derived[1]] for i in model.inputs if i.derived and i.derived[0] in BACKWARD}
 
     def first(symbol: Any) -> Any:
+        if symbol.name in now:
+            return now[symbol.name]
         s = statements.get(symbol.name)
         if isinstance(s, Implicit):
             raise InputError(f"model '{model.id}': no state can start from '{s.name}', it is implicit")
@@ -33,8 +40,9 @@ def put(expr: Any, known: Mapping[Any, Any], of: Callable[[Any], Any] = lambda s
 
     def rebuilt(x: Any) -> Any:
         args = [start(a) for a in x.args]
-        same = all(new is a for new, a in zip(args, x.args, strict=True))
-        return x if same else x.func(*args)
+        if all(new is a for new, a in zip(args, x.args, strict=True)):
+            return x
+        return Abs(*args) if x.func is sympy.Abs else x.func(*args)
 
     def start(x: Any) -> Any:
         if x not in made:

@@ -1,7 +1,6 @@
 """The language that physics is written in: quantities, equations, states, ports, models. All are values."""
 
 from sympy import (
-    Abs,
     I,
     Max,
     Min,
@@ -26,7 +25,7 @@ from sympy import (
 )
 from sympy.codegen.cfunctions import expm1
 
-from modelgen.language.functions import bouc_wen_step, dahl_step, eddy_factor, gamma, powdiff, powj
+from modelgen.language.functions import Abs, bouc_wen_step, dahl_step, eddy_factor, gamma, powdiff, powj
 from modelgen.language.model import Model, Output, Port, check_name, check_option
 from modelgen.language.quantities import (
     ComplexParameter,

@@ -11,6 +11,13 @@ from typing import Any
 import sympy as sp
 
 
+def Abs(x: Any) -> Any:
+    """|x| as it is written: sympy, where it cannot tell that x is real, makes it the root of x², multiplied
+    out, which is long and cancels."""
+    x = sp.sympify(x)
+    return sp.Abs(x, evaluate=x.is_extended_real is not None)
+
+
 class eddy_factor(sp.Function):
     """Eddy-current factor of a round rod (GMM paper, eq. 5): χ(p) = 2 J1(x)/(x J0(x)), x² = −jp, p = f/f_c.
 
