@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from modelgen.errors import InputError, did_you_mean
 from modelgen.recordings.convert import affine, is_frequency, is_time
+from modelgen.recordings.lost_rows import lost_rows
 from modelgen.recordings.signature import Channel, Signature
 from modelgen.recordings.table import HUGE, Column, Table, fail, show
 
@@ -61,7 +62,19 @@ def read_channels(table: Table, signature: Signature) -> Channels:
         if found is not None:
             kinds[channel.name], outputs[channel.name] = found
             _check_measured(table, channel, found[1], order)
-    return Channels(inputs, outputs, kinds, (*notes, *note))
+    return _without_lost(Channels(inputs, outputs, kinds, (*notes, *note)), table, signature.axis)
+
+
+def _without_lost(found: Channels, table: Table, axis: str) -> Channels:
+    """The channels without rows that were lost, and a warning of these."""
+    columns = [x for k, x in (*found.inputs.items(), *found.outputs.items()) if k != axis]
+    lost = lost_rows(columns) if axis else np.zeros(0, dtype=bool)
+    if not lost.any():
+        return found
+    inputs = {k: x[~lost] for k, x in found.inputs.items()}
+    outputs = {k: x[~lost] for k, x in found.outputs.items()}
+    what = f"{lost.sum()} rows hold the same values in all columns and then jump: left out as lost"
+    return Channels(inputs, outputs, found.kinds, (*found.warnings, f"{table.path}: {what}"))
 
 
 def _rather_degrees(
