@@ -232,15 +232,17 @@ def test_power_is_counted_over_d2_and_faint_effects_in_no_score():
     assert [(p["found"].hits, p["found"].n) for p in curve["gp"]] == [(1, 1), (1, 2)]
 
 
-def test_a_wrong_name_that_predicts_as_well_as_the_truth_is_no_error():
+def test_a_wrong_name_counts_however_well_it_predicts_and_new_kinds_have_rows_of_their_own():
     marks = {"unknown": False, "misnamed": True, "named": None, "family": None}
     novel = row(effects=["novel:cavity_comb"], kind="novel", first="second_mode") | marks
     as_good, worse = ({"rivals": {"diagnosis": {"holdout": x}}} for x in (1.01, 4.0))
-    rows = [novel | as_good, novel | worse, novel | as_good | {"unknown": True, "misnamed": False}]
-    told = {b["goal"].key: b["share"] for b in scores.board(rows)}
-    assert (told["unknown"].hits, told["unknown"].n) == (1, 2)
-    assert (told["misnamed"].hits, told["misnamed"].n) == (1, 2)
-    assert studies.strangers(rows)[1] == 1
+    right = novel | as_good | {"unknown": True, "misnamed": False, "first": "unknown_force"}
+    rows = [novel | as_good, novel | worse, right, right | {"effects": ["novel:thermostat"]}]
+    told = {b["goal"].key: (b["share"].hits, b["share"].n) for b in scores.board(rows)}
+    assert (told["unknown"], told["misnamed"]) == ((1, 3), (2, 3))
+    assert (told["unknown, new"], told["misnamed, new"]) == ((1, 1), (0, 1))
+    old, new, tied = studies.strangers(rows)
+    assert ((old.hits, old.n), (new.hits, new.n), tied) == ((1, 3), (1, 1), 1)
 
 
 def test_a_tie_that_the_verdict_admits_is_told_from_an_error():

@@ -220,8 +220,8 @@ def test_errors_of_the_displacement_reach_the_force_through_the_dashpot():
 
 @pytest.mark.parametrize("domain", ["impedance", "gmm"])
 def test_passive(domain):
-    """What is concealed takes power, but for a delay and for hum."""
-    active = {"sensor_delay", "novel:mains_hum"}
+    """What is concealed takes power, but for a delay, for hum and for a reference whose phase creeps."""
+    active = {"sensor_delay", "novel:mains_hum", "novel:phase_creep"}
     for seed, effect in enumerate(e for e in drawing.catalogue(domain) if e not in active):
         secret = drawing.draw(seed, domain=domain, effect=effect, d2=(3000.0, 3000.0))
         for Z in drawing.scene_of(secret).simulate(secret.strength):

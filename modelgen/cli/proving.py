@@ -5,16 +5,18 @@ from __future__ import annotations
 import json as jsons
 import os
 import signal
+import sys
 import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
-from modelgen.cli.console import check_output, check_outputs, check_page, console, spare
+from modelgen.cli.console import PLAIN_WIDTH, check_output, check_outputs, check_page, spare
 from modelgen.cli.scoreboard import Row, marks, progress, show_board
 from modelgen.errors import InputError
 from modelgen.prove import about, studies
@@ -84,17 +86,53 @@ def prove_command(
         raise InputError(f"--trials {trials}, --jobs {jobs}: no negative number is wanted")
     if not limit > 0:
         raise InputError(f"--limit {limit:g}: a positive number of seconds is wanted")
+    given = _given()
     if secret is not None and not secret.is_dir():
+        if useless := [f"--{name}" for name in FOR_TRIALS if name in given]:
+            raise InputError(
+                f"--secret {secret} {' '.join(useless)}: of no effect with a file, whose one case is "
+                "diagnosed and shown; lay it into a folder, or leave the option out"
+            )
         return prove_secret(secret, json, limit)
     if real is not None and not real.is_dir():
         raise InputError(f"--real {real}: no such folder, wanted one with a folder for each measured case")
-    measured = None if quick or secret is not None else real or MEASURED_CASES
+    measured = None if secret is not None else real or (None if quick else MEASURED_CASES)
+    trials = QUICK if quick and "trials" not in given else trials
     wish = Wish(
-        QUICK if quick else trials, seed, jobs or os.cpu_count() or 1, _listed(noise) or NOISES,
+        trials, seed, jobs or os.cpu_count() or 1, _listed(noise) or NOISES,
         _listed(domain) or DOMAINS, keep if secret is None else keep / "own", limit, measured, secret,
         html, json, markdown,
     )  # fmt: skip
     return prove(wish)
+
+
+FOR_TRIALS = ("html", "markdown", "keep", "trials", "seed", "jobs", "noise", "domain", "real", "quick")
+"""Options that say nothing of one secret's file."""
+
+
+def _given() -> set[str]:
+    """Names of the options that stand on the command line."""
+    from typer import Context
+
+    # Typer brings a Click of its own from some version on
+    home = Context.__mro__[1].__module__.rpartition(".")[0]
+    context = import_module(f"{home}.globals").get_current_context(silent=True)
+    sources = {n: context.get_parameter_source(n) for n in context.params} if context else {}
+    return {n for n, source in sources.items() if source is not None and source.name == "COMMANDLINE"}
+
+
+def _console() -> Console:
+    """Prints to standard output, and on to nowhere when its reader has gone, as `| head` does: a run is for
+    what it writes."""
+    from rich.console import Console
+
+    class Lasting(Console):
+        def on_broken_pipe(self) -> None:
+            self.quiet = True
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+    found = Lasting(highlight=False, markup=False)
+    return found if found.is_terminal else Lasting(highlight=False, markup=False, width=PLAIN_WIDTH)
 
 
 def _listed(text: str) -> tuple[str, ...]:
@@ -111,7 +149,7 @@ def prove(wish: Wish) -> int:
         if not wish.secret
         else own_trials(wish.secret)
     )
-    room, to = Room(wish.keep), console()
+    room, to = Room(wish.keep), _console()
     if tasks:
         room.open(wish.settings)
     elif not room.rows():
@@ -153,7 +191,7 @@ def prove_secret(path: Path, json: Path | None, limit: float) -> int:
 
     check_output(json)
     spare((path,), json)
-    to = console()
+    to = _console()
     with tempfile.TemporaryDirectory(prefix="own-") as scratch:
         (row,) = run(
             own_trials(path), Room(Path(scratch)), 1, limit,

@@ -68,8 +68,7 @@ def _told(row: Row) -> str:
     law = f" ({row['variant']})" if row["variant"] else ""
     secret = (" + ".join(row["effects"]) or "nothing") + law
     mark = "✗" if missed(row) else "✓"
-    where = f"{row['domain']}, {row['noise']}, rms {row['ratio']:.2f} × noise, "
-    where = "" if "name" in row else where
+    where = "" if "name" in row else f"{row['domain']}, {row['noise']}, rms {row['ratio']:.2f} × noise, "
     return f"revealed {mark} {secret} → {first}   {where}{row['wall']:.1f} s"
 
 

@@ -11,7 +11,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,14 +19,16 @@ import numpy as np
 from scipy.stats import chi2
 
 from modelgen.prove import dictionary, discrepancy
-from modelgen.prove.oracle import in_units, of_truth
-from modelgen.prove.records import Record, records
+from modelgen.prove.oracle import Reference, in_units, of_truth
+from modelgen.prove.records import Array, Record, records
 from modelgen.prove.worker import RESIDUALS
 from modelgen.truths import Secret
 from modelgen.truths.scoring import accepted
 from modelgen.truths.secret import family
 
 Marks = dict[str, Any]
+WORST = 1e30
+"""Stands for a hold-out ratio that is infinite."""
 
 
 def rivals(secret: Secret, verdict: Mapping[str, Any], folder: Path) -> dict[str, Marks]:
@@ -45,11 +47,25 @@ def rivals(secret: Secret, verdict: Mapping[str, Any], folder: Path) -> dict[str
     if dictionary.available():
         found["sindy"] = dictionary.explain(fit, held, verdict.get("parameters_before") or {})
     rests = {name: m["rest"] for name, m in found.items()} | {"before": [r.white for r in held]}
-    units = {n: [in_units(r, x) for r, x in zip(held, rest, strict=False)] for n, rest in rests.items()}
-    units["diagnosis"] = [r.left for r in held]
-    over = {n: truth.ratio(rest) if truth and rest else None for n, rest in units.items()}
-    ours = {"before": over["before"], "holdout": over["diagnosis"]}
+    over = {n: _over_truth(truth, held, rest) for n, rest in rests.items()}
+    ours = {
+        "before": over["before"],
+        "holdout": _finite(truth.ratio([r.left for r in held])) if truth else None,
+    }
     return {"diagnosis": ours} | {name: _marked(secret, m, over[name]) for name, m in found.items()}
+
+
+def _over_truth(truth: Reference | None, held: Sequence[Record], rests: Sequence[Array]) -> float | None:
+    """The hold-out of a method that leaves `rests` over the noise; None where it predicts nothing."""
+    if truth is None or not rests:
+        return None
+    units = [in_units(r, x) for r, x in zip(held, rests, strict=True)]
+    return _finite(truth.ratio([truth.but_for_outliers(k, x, held[k]) for k, x in enumerate(units)]))
+
+
+def _finite(ratio: float | None) -> float | None:
+    """A ratio as JSON can hold it, which has no infinity."""
+    return ratio if ratio is None else min(ratio, WORST)
 
 
 def ranking(verdict: Mapping[str, Any], fit: list[Record]) -> Marks:

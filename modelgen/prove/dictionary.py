@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from modelgen.prove.oracle import complex_weight
 from modelgen.prove.records import Array, Record
 
 THRESHOLDS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
@@ -62,21 +63,14 @@ def _columns(r: Record, base: Mapping[str, Any], whole: bool = False) -> tuple[T
     outliers unless `whole`."""
     good = np.all(np.isfinite(r.white), axis=0) | whole
     if np.iscomplexobj(r.data):
-        weight = _per_ohm(r)
-        terms = {
-            n: np.concatenate([x.real[good], x.imag[good]]) for n, x in _impedance(r, base, weight).items()
-        }
+        weighted = _impedance(r, base, complex_weight(r))  # as the residual's, which turns Re and Im
+        terms = {n: np.concatenate([x.real[good], x.imag[good]]) for n, x in weighted.items()}
         return terms, np.concatenate([r.white[0][good], r.white[1][good]])
     terms = _motion(r) if {"t", "z"} <= set(r.inputs) else _stiffness(r)
     return {n: x[good] for n, x in terms.items()}, r.white[0][good]
 
 
-def _per_ohm(r: Record) -> Array:
-    """1/σ up to a factor: the noise is relative."""
-    return 1 / np.abs(r.data)
-
-
-def _impedance(r: Record, base: Mapping[str, Any], weight: Array) -> Terms:
+def _impedance(r: Record, base: Mapping[str, Any], weight: npt.NDArray[Any]) -> Terms:
     """First-order changes of Z by elements at the terminals, and in the motional branch where it can be
     told."""
     w = 2 * np.pi * r.inputs["f"]

@@ -53,6 +53,6 @@ def chosen(rows: Sequence[Mapping[str, Any]], missed: Any) -> list[Mapping[str, 
     not, where its residual stands at least 1.5 times above the noise."""
     found: dict[tuple[str, bool], Mapping[str, Any]] = {}
     for r in rows:
-        if r["effects"] and r["ratio"] > 1.45 and r.get("glance"):
+        if r["effects"] and (r["ratio"] or 0) > 1.45 and r.get("glance"):
             found.setdefault((r["domain"], missed(r)), r)
     return [found[key] for key in sorted(found, key=lambda k: (k[1], k[0]))]

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from modelgen.errors import InputError
 from modelgen.prove.baselines import rivals
 from modelgen.prove.diagnoser import Answer
 from modelgen.prove.gallery import glance
-from modelgen.prove.own import Own, copy_case, opened
+from modelgen.prove.own import OWN, Own, copy_case, opened
 from modelgen.prove.plan import Task
 from modelgen.prove.worker import VERDICT
 from modelgen.truths import Secret, draw, score, seal, write_case
@@ -34,7 +35,7 @@ def conceal(task: Task | Own, folder: Path) -> Sealed:
     """Draw a task's secret and write its case, or copy the case that somebody else made."""
     if isinstance(task, Own):
         if task.case is None:
-            write_case(opened(task.text, task.sha256), folder)
+            write_again(task, folder)
         else:
             copy_case(task.case, folder)
         return Sealed(task.text, task.sha256)
@@ -45,6 +46,14 @@ def conceal(task: Task | Own, folder: Path) -> Sealed:
         return Sealed("", "", str(hidden))
     write_case(secret, folder)
     return Sealed(*seal(secret))
+
+
+def write_again(task: Own, folder: Path) -> None:
+    """The case of a secret that a run has revealed. Raises InputError where its numbers make none."""
+    try:
+        write_case(opened(task.text, task.sha256), folder)
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as why:
+        raise InputError(f"{task.name}: no case can be made of this secret: {why!r}") from None
 
 
 def reveal(index: int, sealed: Sealed, folder: Path, answer: Answer) -> Row:
@@ -70,7 +79,8 @@ def reveal(index: int, sealed: Sealed, folder: Path, answer: Answer) -> Row:
 
 
 def told(secret: Secret) -> Row:
-    """What a table needs of a secret."""
+    """What a table needs of a secret. Of somebody's own case nobody knows the best base: no depth, no R²."""
+    drawn = secret.domain != OWN
     free = {n: abs(v) for n, v in secret.bent.items()}
     return {
         "domain": secret.domain,
@@ -80,8 +90,8 @@ def told(secret: Secret) -> Row:
         "noise": secret.noise,
         "stated": {None: "", 0.0: "not", 1.0: "rightly"}.get(secret.levels.get("stated"), "wrongly"),
         "d2": dict(secret.d2),
-        "ratio": secret.ratio,
-        "unexplained": 1 - secret.r2,
+        "ratio": secret.ratio if drawn else None,
+        "unexplained": 1 - secret.r2 if drawn else None,
         "parameters": len(secret.identifiable),
         "bent": max(free.values(), default=0.0),
         "bent_std": max((abs(v) for v in secret.bent_std.values()), default=0.0),

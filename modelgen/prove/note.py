@@ -16,6 +16,7 @@ def note(
 ) -> str:
     """The note as text."""
     good = scores.usable(rows)
+    deep = any(map(scores.has_depth, good))
     parts = [
         "# Proof: physics concealed in recordings, and found",
         f"Written by `{facts['command']} --markdown PROOF.md`. {len(good)} trials, {facts['drawn']}, "
@@ -31,8 +32,7 @@ def note(
         *(f"## By {t['title']}\n\n{_table(t['rows'])}" for t in tables(good)),
         "## Simpler methods on the same recordings",
         _baselines(good),
-        "## Power: who notices that something is missing",
-        _power(good),
+        *(("## Power: who notices that something is missing", _power(good)) if deep else ()),
         "## What was taken for what",
         _confused(good),
     ]
@@ -53,13 +53,13 @@ def _unfinished(rows: Sequence[Row], facts: Mapping[str, Any]) -> str:
     """What of the run is not in the scores."""
     parts = (
         (facts["wanted"] - len(rows), "not made yet"),
-        (sum(bool(r["error"]) for r in rows), "without a verdict"),
         (sum("hidden" in r for r in rows), "not drawn, as the base absorbs such an effect at any strength"),
         (sum("withheld" in r for r in rows), "whose secret is withheld"),
     )
     told = [f"{n} {words}" for n, words in parts if n > 0]
-    foreign = sum(bool(r.get("foreign")) for r in rows)
+    foreign, failed = sum(bool(r.get("foreign")) for r in rows), sum(bool(r["error"]) for r in rows)
     watched = f"{foreign} of the diagnoses opened a file that was not theirs."
+    watched += f" {failed} trials gave no verdict, which counts as a wrong one." if failed else ""
     return watched + (f" Not counted: {'; '.join(told)}." if told else "")
 
 
@@ -117,12 +117,14 @@ def _missed(good: Sequence[Row]) -> str:
 
 
 def _strangers(good: Sequence[Row]) -> str:
-    called, tied = studies.strangers(good)
-    if not called.n:
+    old, new, tied = studies.strangers(good)
+    if not old.n + new.n:
         return ""
     return (
-        f" Of {called.n} laws that no catalogue holds, {called.hits} were called unknown; {tied} got a "
-        "listed name that predicts the held-out recording as well as the true law does, and aren't counted."
+        f" Of {old.n + new.n} laws that no catalogue holds, {old.n} are of kinds that were in mind when the "
+        f"diagnosis was written, and {old.hits} of these were called unknown; {new.n} are of kinds that "
+        f"nobody had in mind, and {new.hits} of these. {tied} got a listed name that predicts the held-out "
+        "recording as well as the true law does; they count as misses all the same."
     )
 
 
@@ -171,7 +173,8 @@ def _confused(good: Sequence[Row]) -> str:
     """What was taken for what, most often first, and whether the verdict itself said that it can't tell."""
     found = studies.mixed_up(good)
     rows = [
-        (c["concealed"], c["named"], str(c["n"]), str(c["said"]), f"{c['d2'][0]:.0f}–{c['d2'][1]:.0f}",
+        (c["concealed"], c["named"], str(c["n"]), str(c["said"]),
+         f"{c['d2'][0]:.0f}–{c['d2'][1]:.0f}" if c["d2"][1] else "",  # of somebody's own it isn't known
          ", ".join(c["noise"]), ", ".join(map(str, c["indices"])))
         for c in found
     ]  # fmt: skip

@@ -45,15 +45,24 @@ class Reference:
 
     def ratio(self, rests: Sequence[Array]) -> float | None:
         """χ² of residuals (channels, n) over that of the true law, under the true covariance of the noise, on
-        the channels that they have."""
+        the channels that they have. Infinite where a model has no finite value for what was recorded."""
         ours = theirs = 0.0
         parts = zip(self.at, self.data, self.noise, self.gross, rests, strict=True)
         for i, data, noise, gross, rest in parts:
+            good = ~gross & np.all(np.isfinite(noise), axis=0)
+            if not np.all(np.isfinite(rest[:, good])):
+                return float("inf")
+            rest = np.where(np.isfinite(rest), rest, -noise[: len(rest)])  # at gross errors, which are masked
             a, b = (self.scene.white(i, x, data)[: len(rest)] for x in (_whole(rest, noise), noise))
-            good = ~gross & np.all(np.isfinite(a) & np.isfinite(b), axis=0)
             ours += float(np.sum(np.square(a[:, good])))
             theirs += float(np.sum(np.square(b[:, good])))
         return ours / theirs if theirs else None
+
+    def but_for_outliers(self, k: int, rest: Array, r: Record) -> Array:
+        """Residuals of the k-th recording, with what the true law leaves at samples that were taken for
+        outliers: no residual of the base is kept of these, so they tell nothing of a simpler method."""
+        outliers = np.isfinite(r.before) & ~np.all(np.isfinite(r.white), axis=0)
+        return np.where(outliers, -self.noise[k][: len(rest)], rest)  # a law's less the data, as `rest` is
 
 
 def of_truth(secret: Secret, fit: Sequence[Record], held: Sequence[Record]) -> Reference | None:
@@ -129,12 +138,16 @@ def _fitted(
 
 def in_units(r: Record, white: Array) -> Array:
     """Residuals (channels, n) over the noise as the diagnosis has it, in the channels' units."""
-    if np.iscomplexobj(r.data):  # a complex weight turns Re and Im into each other
-        weight = _ratio(r.white_after[0] + 1j * r.white_after[1], r.left[0] + 1j * r.left[1])
-        return _rows((white[0] + 1j * white[1]) / weight)
+    if np.iscomplexobj(r.data):
+        return _rows((white[0] + 1j * white[1]) / complex_weight(r))
     return np.asarray(
         white / np.array([_ratio(*x) for x in zip(r.white_after, r.left, strict=True)])[: len(white)]
     )
+
+
+def complex_weight(r: Record) -> npt.NDArray[Any]:
+    """What a residual of an impedance was multiplied with: it turns Re and Im into each other."""
+    return _ratio(r.white_after[0] + 1j * r.white_after[1], r.left[0] + 1j * r.left[1])
 
 
 def _ratio(white: npt.NDArray[Any], left: npt.NDArray[Any]) -> npt.NDArray[Any]:

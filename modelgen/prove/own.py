@@ -15,16 +15,18 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import re
 import shutil
 import tomllib
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from modelgen.errors import InputError, did_you_mean, one_of
 from modelgen.truths import Secret, unseal
-from modelgen.truths.secret import DOMAINS
+from modelgen.truths.secret import DOMAINS, KINDS, NOISES
 
 FIELDS = ("schema", "case", "effects", "base", "identifiable", "nonce", "note")
 SCHEMA = "modelgen.secret/1"
@@ -121,10 +123,53 @@ def opened(text: str, digest: str) -> Secret:
 
 
 def _drawn(path: Path, text: str) -> None:
+    """Raise InputError for what is no secret that a run has revealed."""
+    data = json.loads(text)
+    for name, (fits, wanted) in DRAWN.items():
+        if name in data and not fits(data[name]):
+            raise InputError(f"{path}: {name} is {_short(data[name])}, {wanted} is wanted")
     try:
         Secret.from_json(text)
     except (TypeError, KeyError) as why:
         raise InputError(f"{path}: no secret that `modelgen prove` has revealed: {why}") from None
+
+
+def _number(x: object) -> bool:
+    return isinstance(x, int | float) and not isinstance(x, bool) and math.isfinite(x)
+
+
+def _numbers(x: object) -> bool:
+    return isinstance(x, dict) and all(map(_number, x.values()))
+
+
+def _names(x: object) -> bool:
+    return isinstance(x, list) and all(isinstance(name, str) for name in x)
+
+
+def _tables(x: object) -> bool:
+    return isinstance(x, dict) and all(isinstance(table, dict) for table in x.values())
+
+
+def _short(value: object) -> str:
+    """A value as a message can show it."""
+    return text if len(text := repr(value)) <= 60 else text[:57] + "..."
+
+
+Fits = tuple[Callable[[Any], bool], str]
+DRAWN: dict[str, Fits] = (
+    dict.fromkeys(("effects", "identifiable"), (_names, "a list of names"))
+    | dict.fromkeys(("base", "levels", "d2", "bent", "bent_std"), (_numbers, "a table of finite numbers"))
+    | dict.fromkeys(("ratio", "r2"), (_number, "a finite number"))
+    | {
+        "seed": (lambda x: isinstance(x, int) and x >= 0, "a whole number of at least 0"),
+        "strength": (_tables, "a table of each effect's numbers"),
+        "setup": (lambda x: isinstance(x, dict), "a table"),
+        "variant": (lambda x: isinstance(x, str), "the name of a law"),
+        "kind": (lambda x: x in KINDS, f"one of {', '.join(KINDS)}"),
+        "noise": (lambda x: x in NOISES, f"one of {', '.join(NOISES)}"),
+    }
+)
+"""What the fields of a revealed secret hold, and how that is said."""
 
 
 def _check(path: Path, data: dict[str, Any]) -> None:
@@ -135,12 +180,14 @@ def _check(path: Path, data: dict[str, Any]) -> None:
     if data.get("schema") != SCHEMA:
         raise InputError(f'{path}: schema is {data.get("schema")!r}, "{SCHEMA}" is wanted')
     effects, base = data.get("effects"), data.get("base", {})
-    if not isinstance(effects, list) or not all(isinstance(e, str) for e in effects):
+    if not isinstance(effects, list) or not _names(effects):
         raise InputError(
             f"{path}: effects is {effects!r}, a list of ids is wanted ([] where nothing is missing)"
         )
-    if not isinstance(base, dict) or not all(isinstance(v, int | float) for v in base.values()):
-        raise InputError(f"{path}: base is {base!r}, a table of true parameter values is wanted")
+    if twice := next((e for e in effects if effects.count(e) > 1), ""):
+        raise InputError(f"{path}: effects names '{twice}' {effects.count(twice)} times, once is wanted")
+    if not _numbers(base):
+        raise InputError(f"{path}: base is {base!r}, a table of true parameter values, all finite, is wanted")
     told = data.get("identifiable", [])
     if not isinstance(told, list) or not set(told) <= set(base):
         raise InputError(f"{path}: identifiable is {told!r}, a list of names in base is wanted")
@@ -153,6 +200,22 @@ def _check(path: Path, data: dict[str, Any]) -> None:
             raise InputError(
                 f"{path}: no effect '{e}'{did_you_mean(e, listed)}; novel:{e} is physics of no catalogue"
             )
+    if base:
+        _check_parameters(path, path.parent / case, base)
+
+
+def _check_parameters(path: Path, case: Path, base: Mapping[str, float]) -> None:
+    """Raise InputError where a true value is of a parameter that the case's model does not have."""
+    from modelgen.models import load
+    from modelgen.recordings import read_case_file
+
+    told = read_case_file(case)
+    model = load(told.model, told.path.parent)
+    model = model.variant(**told.options) if told.options else model
+    names = [p.name for p in model.scalar_parameters]
+    for name in base:
+        if name not in names:
+            raise InputError(f"{path}: base has no '{name}' in {told.model}{one_of(name, names)}")
 
 
 def known_ids() -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -44,7 +44,8 @@ KIND_WORDS = {
     "single": "one effect",
     "variant": "one effect, another law",
     "pair": "two effects",
-    "novel": "in no catalogue",
+    "novel": "in no catalogue, kinds in mind when the diagnosis was written",
+    "unforeseen": "in no catalogue, kinds that nobody had in mind",
 }
 
 
@@ -87,32 +88,38 @@ def page(
 
 
 def tables(good: Sequence[Row]) -> list[dict[str, Any]]:
-    """Scores by noise and how it is stated, by depth, by kind and by device."""
+    """Scores by noise and how it is stated, by depth where that is known, by kind and by device."""
     depths = [*pictures.DEPTH_ORDER, "nothing missing"]
-    heavy = scores.weighed(good)
+    heavy, deep = scores.weighed(good), list(filter(scores.has_depth, good))
+    by_depth = {
+        "title": "residual of the best base over the noise",
+        "rows": scores.table(deep, scores.by_depth, depths),
+    }
     return [
-        _by(heavy, "noise", "noise", NOISE_WORDS),
-        _by(heavy, "whether the case states the level of its noise", "stated", STATED_WORDS),
-        {
-            "title": "residual of the best base over the noise",
-            "rows": scores.table(good, scores.by_depth, depths),
-        },
-        _by(heavy, "what is concealed", "kind", KIND_WORDS),
-        _by(heavy, "device", "domain", DOMAIN_WORDS),
+        _by(heavy, "noise", lambda r: r["noise"], NOISE_WORDS),
+        _by(heavy, "whether the case states the level of its noise", lambda r: r["stated"], STATED_WORDS),
+        *([by_depth] if deep else []),
+        _by(heavy, "what is concealed", _kind, KIND_WORDS),
+        _by(heavy, "device", lambda r: r["domain"], DOMAIN_WORDS),
     ]
 
 
-def _by(good: Sequence[Row], title: str, key: str, words: Mapping[str, str]) -> dict[str, Any]:
-    return {"title": title, "rows": scores.table(good, lambda r: words[r[key]], list(words.values()))}
+def _kind(row: Row) -> str:
+    return "unforeseen" if row["kind"] == "novel" and not scores.in_mind(row) else str(row["kind"])
+
+
+def _by(
+    good: Sequence[Row], title: str, key: Callable[[Row], str], words: Mapping[str, str]
+) -> dict[str, Any]:
+    return {"title": title, "rows": scores.table(good, lambda r: words[key(r)], list(words.values()))}
 
 
 def _figures(good: Sequence[Row], left: Sequence[Mapping[str, Any]]) -> dict[str, Markup]:
     if not good:
         return {}
-    drawn = {
-        "depth": pictures.over_depth(good),
-        "power": pictures.power_curve(good),
-        "hidden": pictures.concealment(good),
+    deep = list(filter(scores.has_depth, good))
+    plots = {"depth": pictures.over_depth, "power": pictures.power_curve, "hidden": pictures.concealment}
+    drawn = {name: plot(deep) if deep else "" for name, plot in plots.items()} | {
         "confused": pictures.confusions(good),
         "reliable": pictures.reliability(good),
         "rivals": pictures.rivals(studies.baselines(good)),
@@ -138,7 +145,7 @@ def _shown(row: Row) -> dict[str, Any]:
 
 def _deep(good: Sequence[Row]) -> float:
     """Share of concealments that explain more than 99.9 % of the variance."""
-    concealed = [r["unexplained"] < 1e-3 for r in good if r["effects"]]
+    concealed = [r["unexplained"] < 1e-3 for r in good if r["effects"] and scores.has_depth(r)]
     return sum(concealed) / len(concealed) if concealed else float("nan")
 
 
@@ -155,7 +162,7 @@ def _trial(row: Row) -> dict[str, Any]:
         "law": row["variant"],
         "where": f"{row['domain']}, {row['noise']}",
         "ratio": row["ratio"],
-        "named": (" + ".join(e["id"] for e in first) or "nothing") + also,
+        "named": row["error"] or (" + ".join(e["id"] for e in first) or "nothing") + also,
         "ok": not missed(row),
     }
 
@@ -163,6 +170,11 @@ def _trial(row: Row) -> dict[str, Any]:
 def percent(s: Share) -> str:
     """83 %, or – where it applies to no trial."""
     return f"{100 * s.value:.0f}\u00a0%" if s.n else "–"
+
+
+def _formatted(text: str, *values: Any) -> str:
+    """A number as `text` has it, or – where there is none."""
+    return "–" if None in values else text % values
 
 
 @cache
@@ -178,5 +190,5 @@ def _template() -> Any:
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.filters["percent"] = percent
+    environment.filters |= {"percent": percent, "format": _formatted}
     return environment.get_template("proof.html.j2")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import queue
 import shutil
 import tempfile
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from modelgen.errors import InputError
+from modelgen.files import write_atomically
 from modelgen.prove.diagnoser import ONE_THREAD, Answer, Diagnoser
 from modelgen.prove.followup import follow_up
 from modelgen.prove.keeper import Row, Sealed, conceal, reveal
@@ -35,7 +37,7 @@ class Room:
 
     def rows(self) -> dict[int, Row]:
         """Trials that are done, by index; a line that was cut off is done again."""
-        return {row["index"]: row for row in self._lines(TRIALS)}
+        return {row["index"]: row for row in self._lines(TRIALS, "index")}
 
     def settings(self) -> dict[str, Any]:
         """What its trials were made with; {} where there are none, or nothing that can be read."""
@@ -46,40 +48,59 @@ class Room:
 
     def measured(self) -> dict[str, Row]:
         """What was found in measured recordings, by name."""
-        return {row["name"]: row for row in self._lines(MEASURED)}
+        return {row["name"]: row for row in self._lines(MEASURED, "name")}
 
     def case(self, index: int) -> Path:
         """Where a trial's folder is kept."""
         return self.folder / CASES / f"{index:05d}"
 
-    def _lines(self, name: str) -> Iterator[Row]:
+    def _lines(self, name: str, key: str) -> Iterator[Row]:
+        """Rows that have a `key`; what a line that was cut off left of one is passed over."""
         path = self.folder / name
-        for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else ():
+        text = path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
+        for line in text.split("\n"):  # and not where a text within a row has a line separator
             try:
-                yield json.loads(line)
+                row = json.loads(line)
             except json.JSONDecodeError:
                 continue
+            if isinstance(row, dict) and key in row:
+                yield row
 
     def open(self, settings: Mapping[str, Any]) -> None:
         """Make the folder, or see that what is in it was run with the same settings.
 
-        Raises InputError if it wasn't, or where no folder can be made.
+        Raises InputError if it wasn't, or where no folder can be made; ToolError where no file can.
         """
         path, text = self.folder / "settings.json", json.dumps(settings)
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as why:
             raise InputError(f"--keep {self.folder}: no folder to write in: {why.strerror}") from None
-        if path.exists() and self.settings() != json.loads(text):
+        if path.exists() and _read_settings(path) != json.loads(text):
             raise InputError(
                 f"{self.folder}: holds trials of another seed, noise or version; "
                 "give another --keep, or remove it (--trials 0 shows what it holds)"
             )
-        path.write_text(text, encoding="utf-8")
+        write_atomically(path, text)
 
     def add(self, name: str, line: str) -> None:
-        with open(self.folder / name, "a", encoding="utf-8") as file:
-            file.write(line + "\n")
+        """Append a line; it begins anew where the last one was cut off."""
+        with open(self.folder / name, "a+b") as file:
+            if file.seek(0, os.SEEK_END):
+                file.seek(-1, os.SEEK_END)
+                line = line if file.read(1) == b"\n" else "\n" + line
+            file.write(line.encode() + b"\n")
+
+
+def _read_settings(path: Path) -> Any:
+    """What the trials of a folder were made with. Raises InputError where that can't be read."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as why:
+        raise InputError(
+            f"{path}: cannot be read ({why}), the settings of the trials beside it are wanted; "
+            "give another --keep, or remove the folder (--trials 0 shows what it holds)"
+        ) from None
 
 
 def pending(task: Task | Own, row: Row | None) -> bool:
@@ -104,11 +125,11 @@ def run(
     lanes = max(1, min(jobs, count))
     with ExitStack() as stack:
         stop = threading.Event()
-        stack.callback(stop.set)
         pool = stack.enter_context(_keepers(lanes))
         stack.callback(lambda: pool.shutdown(wait=False, cancel_futures=True))
-        for _ in range(lanes if count else 0):
-            diagnoser = stack.enter_context(Diagnoser(limit))
+        diagnosers = [stack.enter_context(Diagnoser(limit)) for _ in range(lanes if count else 0)]
+        stack.callback(stop.set)  # the first to be called: what a killed diagnoser says is no verdict
+        for diagnoser in diagnosers:
             lane = Lane(todo, finished, pool, diagnoser, room, rows.copy(), stop)
             threading.Thread(target=lane.work, daemon=True).start()
         for kind, row in _until_done(finished, count):
@@ -146,6 +167,10 @@ def _quiet() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
+class Stopped(Exception):
+    """The run is at its end, and what a lane still has in hand is to be left as it is."""
+
+
 @dataclass(frozen=True)
 class Lane:
     """One trial after another: a keeper draws, the diagnoser sees a fresh folder, a keeper scores."""
@@ -181,11 +206,18 @@ class Lane:
             self.finished.put(("sealed", name | {"index": task.index, "sha256": sealed.sha256, "go": go}))
             go.wait()  # the digest is out before the diagnosis begins
             answer = self.diagnoser.diagnose(folder / "case.toml")
+            self._go_on()
             row = name | self.pool.submit(reveal, task.index, sealed, folder, answer).result()
             row |= follow_up(row, folder, self.pool, self.diagnoser)
+            self._go_on()
             if row.get("withheld") or missed(row):
                 self._keep(row, folder)
             return row
+
+    def _go_on(self) -> None:
+        """Raises Stopped once the run is at its end: no secret is revealed that has got no verdict."""
+        if self.stop.is_set():
+            raise Stopped
 
     def _later(self, task: Own, row: Row) -> Row:
         """Score a verdict that was given while the secret was withheld."""

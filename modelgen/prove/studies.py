@@ -18,13 +18,15 @@ from modelgen.prove.scores import (
     Row,
     Share,
     board,
+    claim,
     coverage,
     depth,
     detected,
     effect_of,
     found_out,
     holdout,
-    refutable,
+    of_kinds,
+    predicts,
     seconds,
     share,
     usable,
@@ -36,8 +38,8 @@ POWER_BINS = (0.0, 12.0, 20.0, FAINT_BELOW, 60.0, 150.0, 600.0, 3e3, 3e4, np.inf
 
 
 def calibration(rows: Sequence[Row]) -> list[dict[str, Any]]:
-    """Stated probabilities of the first name, in bins, against how often it was right."""
-    claims = [(r["claimed"], r["named"]) for r in rows if r.get("claimed") is not None]
+    """Stated probabilities of the first claim, in bins, against how often it was right."""
+    claims = [c for c in map(claim, rows) if c]
     found = []
     for a, b in pairwise(BINS):
         inside = [(p, ok) for p, ok in claims if a <= p < b]
@@ -60,7 +62,7 @@ def confusion(rows: Sequence[Row]) -> Counter[tuple[str, str]]:
 
 def taken(row: Row) -> tuple[str, str]:
     """What was concealed, and what was named first."""
-    first = row["first"] or "nothing"
+    first = "no verdict" if row["error"] else row["first"] or "nothing"
     first = "unknown" if first.startswith("unknown") else first
     return first if first in row["effects"] else effect_of(row), first
 
@@ -108,17 +110,17 @@ def power(rows: Sequence[Row]) -> dict[str, list[dict[str, Any]]]:
     }
 
 
-def strangers(rows: Sequence[Row]) -> tuple[Share, int]:
-    """Of all physics that no catalogue holds: how often it is called unknown; how often its wrong name
-    predicts as well as the true law."""
-    novel = [r for r in rows if r.get("unknown") is not None]
-    return share(r["unknown"] for r in novel), sum(refutable("unknown")(r) is None for r in novel)
+def strangers(rows: Sequence[Row]) -> tuple[Share, Share, int]:
+    """Of physics that no catalogue holds: how often it is called unknown, of the kinds that were in mind and
+    of the others; how often a wrong name predicts as well as the true law."""
+    old, new = (share(map(of_kinds("unknown", x), rows)) for x in (True, False))
+    return old, new, sum(bool(r.get("misnamed")) and predicts(r) for r in rows)
 
 
 def missed(rows: Sequence[Row]) -> tuple[int, int]:
     """How many hold-outs the verdict's model misses by more than the true law does; and in how many of these
     the excess of χ² is within twice what the verdict had foreseen."""
-    far = [r for r in rows if holdout(r) is False]
+    far = [r for r in rows if holdout(r) is False and not r["error"]]
     pairs = [(r["rivals"]["diagnosis"]["holdout"], r["verdict"].get("foreseen") or 1.0) for r in far]
     return len(far), sum(chi2 - 1 <= 2 * (f**2 - 1) for chi2, f in pairs)
 
@@ -169,6 +171,7 @@ def to_json(rows: Sequence[Row], about: Mapping[str, Any]) -> dict[str, Any]:
         "schema": "modelgen.proof/1",
         **about,
         "trials": len(good),
+        "without_verdict": sum(bool(r["error"]) for r in good),
         "withheld": sum("withheld" in r for r in rows),
         "scores": {
             b["goal"].key: plain(b["share"]) | {"wanted": b["goal"].wanted, "met": b["met"]}

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.special import jv
 
 from . import elements as el
+from . import unforeseen
 from .elements import Array, Complex
 from .impedance import (
     Scale,
@@ -65,20 +66,22 @@ def impedance(w: Array, p: Base, e: Strength, scale: Scale, order: Array, chi: C
     motion = push / (_rod(w, A / (l * S), e, top) + _load(w, p, e, scale))  # v / I
     # Faraday: mean B over the rod, from its mean stress (u/l - d H)/S
     flux_per_amp = A * ((mu - d**2 / S) * N / l + d * motion / (1j * w) / (l * S))
-    Z = p["R_0"] * _winding(w, e, top, order) + 1j * w * N * flux_per_amp
+    winding = p["R_0"] * _winding(w, e, top, order)
+    Z = winding + 1j * w * N * flux_per_amp
     L = abs(mu[0]) * N**2 * A / l
     if s := e.get("leakage_inductance"):
         Z = Z + s["size"] * 1j * w * L
     if s := e.get("semi_inductance"):
         Z = Z + s["size"] * top * L * el.springpot(w, s["n"], top)
     if s := e.get("eddy_shunt"):
-        Z = 1 / (1 / (Z - p["R_0"]) + s["size"] / (top * L)) + p["R_0"]
+        Z = 1 / (1 / (Z - winding) + s["size"] / (top * L)) + winding  # the inductance alone is shunted
     if s := e.get("coil_capacitance"):
         Z = 1 / (1 / Z + capacitor(w, s, top, top * L))
     if s := e.get("novel:cable_trap"):
         Z = Z + cable_trap(w, s, top, p["R_0"])
     if s := e.get("novel:mains_hum"):
         Z = Z + mains_hum(w, s, p["R_0"])
+    Z = unforeseen.at_terminals(Z, w, e, top, p["R_0"], order)
     if s := e.get("sensor_delay"):
         Z = Z * np.exp(-1j * w / top * s["size"])
     return np.asarray(Z)

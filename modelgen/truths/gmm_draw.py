@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from . import unforeseen
 from .impedance_draw import draw_form as coil_form
 
 Rng = np.random.Generator
@@ -32,6 +33,7 @@ SIZES: dict[str, tuple[float, float]] = {
     "novel:cavity_comb": (0.01, 2.0),
     "novel:cable_trap": (0.02, 10.0),
     "novel:mains_hum": (0.01, 2.0),
+    **unforeseen.SWEEPS,
 }
 
 VARIANTS: dict[str, str] = {
@@ -108,6 +110,7 @@ def draw_form(
         "novel:cavity_comb": (0.1, 0.3),
         "novel:cable_trap": (0.45, 0.95),
         "maxwell_branch": (0.5, 2.0),
+        "novel:ferroresonance": (0.45, 0.95),
     }
     if effect in own:
         form["at"] = float(rng.uniform(*own[effect]))

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from . import elements as el
+from . import unforeseen
 from .elements import Array, Complex
 from .further import entries
 from .noise import sweep_whitener, white_sweep
@@ -97,6 +98,7 @@ def impedance(w: Array, p: Base, e: Strength, scale: Scale, order: Array) -> Com
         Z = Z + cable_trap(w, s, top, p["R_e"])
     if s := e.get("novel:mains_hum"):
         Z = Z + mains_hum(w, s, p["R_e"])
+    Z = unforeseen.at_terminals(Z, w, e, top, p["R_e"], order)
     if s := e.get("sensor_delay"):
         Z = Z * np.exp(-1j * w / top * s["size"])
     return Z

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .secret import Secret, family, ports
+from .secret import PORTS, Secret, family, ports
 
 # Laws that stand between the catalogue's effects: any of these names is right.
 ALSO: dict[str, tuple[str, ...]] = {
@@ -19,7 +19,7 @@ ALSO: dict[str, tuple[str, ...]] = {
 }
 PORT_WORDS: dict[str, tuple[str, ...]] = {
     "electrical": ("electr", "induct", "coil", "terminal", "winding", "permeab", "magnet"),
-    "channel": ("channel", "measur", "sensor", "lag", "delay", "terminal", "force"),
+    "channel": ("channel", "measur", "sensor", "lag", "delay", "terminal"),
     "mechanical": ("mech", "force", "stiff", "displac", "friction", "mass", "damp", "rod", "elast", "offset"),
 }
 
@@ -37,9 +37,10 @@ def score(secret: Secret, verdict: Mapping[str, Any]) -> dict[str, Any]:
     port           the first effect's port is right        both      both families of a pair are named
     alarm          an effect is claimed where none is      unknown   novel physics is called unknown
     misnamed       novel physics bears a catalogued name   extra     effects claimed beyond those concealed
-    set_size       ids and equivalents of the first claim  claimed   its stated probability
+    set_size       ids and equivalents of the first claim  claimed   the first claim's stated probability
     holdout_chi2   (rms/noise)² of the held-out recordings after
-    covered        share of the identifiable base parameters within 1.96 std of their true values
+    covered        share of the identifiable base parameters within 1.96 std of their true values; one that
+                   the verdict does not give is not
     """
     effects: Sequence[Mapping[str, Any]] = verdict.get("effects") or []
     first = effects[0] if effects else {}
@@ -51,11 +52,12 @@ def score(secret: Secret, verdict: Mapping[str, Any]) -> dict[str, Any]:
         "holdout_chi2": _holdout(verdict),
         "covered": coverage(secret, verdict),
         "first": name,
+        "claimed": first.get("probability"),
         "seconds": verdict.get("seconds"),
     }
     right = accepted(secret)
     marks |= dict.fromkeys(
-        ("alarm", "named", "family", "in_set", "port", "both", "unknown", "misnamed", "set_size", "claimed")
+        ("alarm", "named", "family", "in_set", "port", "both", "unknown", "misnamed", "set_size")
     )
     if not secret.effects:
         marks["alarm"] = bool(named)
@@ -83,7 +85,6 @@ def _of_first(first: Mapping[str, Any], right: Mapping[str, set[str]], domain: s
         "in_set": bool(stated & ids),
         "port": _port_right(first, right, domain),
         "set_size": len(stated),
-        "claimed": first.get("probability"),
     }
 
 
@@ -99,11 +100,15 @@ def _of_pair(effects: Sequence[Mapping[str, Any]], right: Mapping[str, set[str]]
 
 
 def _port_right(first: Mapping[str, Any], right: Mapping[str, set[str]], domain: str) -> bool:
-    """Whether the port's name speaks of the right kind of place; where it says nothing, the id decides."""
-    said = str(first.get("port", "")).lower()
+    """Whether the port's name speaks of the right kind of place; where it says nothing, the id decides, as it
+    does for what a sensor does: a channel is often called by what it measures. No claim is of no place."""
+    if not first:
+        return False
+    said, name = str(first.get("port", "")).lower(), str(first.get("id", ""))
     kinds = set().union(*(ports(e, domain) for e in right))
     hits = {k for k, words in PORT_WORDS.items() if any(w in said for w in words)}
-    return bool(hits & kinds) if hits else bool(ports(str(first.get("id", "")), domain) & kinds)
+    at = ports(name, domain) if name in PORTS["channel"] or not hits else hits
+    return bool(at & kinds)
 
 
 def _holdout(verdict: Mapping[str, Any]) -> float | None:
@@ -119,4 +124,6 @@ def coverage(secret: Secret, verdict: Mapping[str, Any]) -> float | None:
         value, std = (told.get(name) or {}).get("value"), (told.get(name) or {}).get("std")
         if isinstance(value, int | float) and isinstance(std, int | float):
             hits.append(abs(value - secret.base[name]) <= 1.96 * std)
+        else:
+            hits.append(False)
     return float(np.mean(hits)) if hits else None

@@ -30,6 +30,16 @@ FAMILIES: dict[str, tuple[str, ...]] = {
     "friction shape": ("second_dahl_element", "dahl_exponent"),
 }
 
+FORESEEN = (
+    "novel:cable_trap",
+    "novel:cavity_comb",
+    "novel:clipped_sensor",
+    "novel:mains_hum",
+    "novel:mount_modes",
+    "novel:position_periodic",
+)
+"""Physics of no catalogue that was in mind when the diagnosis was written: it has words for it."""
+
 # Which kind of place an effect acts at, in words that the name of a port may contain.
 PORTS: dict[str, tuple[str, ...]] = {
     "electrical": (

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from . import elements as el
-from . import friction
+from . import friction, unforeseen
 from .elements import Array, Complex
 from .force_draw import draw_form as force_form
 from .further import entries
@@ -44,6 +44,7 @@ SIZES: dict[str, tuple[float, float]] = {
     "contact_compliance": (0.01, 1.0),
     "second_mode": (0.01, 0.5),
     "novel:mount_modes": (0.01, 0.5),
+    **unforeseen.STIFFNESS,
 }
 VARIANTS = {"stretched_exponential": "power_law_viscoelasticity"}
 
@@ -105,6 +106,8 @@ def steady_cycle(
         gain = gain / (1 + order * s["size"])
     if s := e.get("sensor_delay"):
         gain = gain * np.exp(-order * s["size"])
+    if s := e.get("novel:echo"):
+        gain = gain * (1 + s["size"] * np.exp(-order * s["late"]))
     return np.asarray(np.fft.irfft(np.fft.rfft(F, axis=1) * gain, POINTS, axis=1))
 
 
@@ -196,6 +199,8 @@ def draw_form(
     rng: Rng, effect: str, law: str, base: Mapping[str, float], setup: Mapping[str, Any]
 ) -> dict[str, Any]:
     """The parameters of one effect; "at" is relative to the largest amplitude, or in Hz for a mode."""
+    if effect in unforeseen.STIFFNESS:
+        return unforeseen.draw_form(rng, effect, SIZES[effect][0])
     if effect == "novel:mount_modes":
         return {
             "size": SIZES[effect][0],
