@@ -302,3 +302,22 @@ def test_a_steep_residual_holds_no_more_outliers_than_a_flat_one() -> None:
     for size in (0.0, 25.0, 50.0):
         marked = outliers((size * np.sin(9.4 * t) + noise)[None])
         assert marked[100::200].all() and marked[3:-3].sum() == 10  # the ends have neighbours on one side
+
+
+def test_a_line_is_where_it_is_though_rows_are_missing(tmp_path: Path) -> None:
+    rng = np.random.default_rng(8)
+    text = 'model = "kelvin_voigt"\n[noise]\nF_m = 0.005\n'
+    for k, gaps in enumerate(((300, 700, 1500), (250, 900, 1300))):
+        t = np.arange(2000) / 400.0
+        z = 0.6 * np.sin(2 * np.pi * (0.7 + 0.4 * k) * t)
+        force = 2.0 * z + 0.05 * np.gradient(z, t) + 0.004 * np.sin(314.16 * t + k)
+        rows = np.column_stack([t, z, force + 0.005 * rng.standard_normal(t.size)])
+        kept = np.all([np.abs(np.arange(2000) - g) > 30 * (k + 1) for g in gaps], axis=0)
+        np.savetxt(
+            tmp_path / f"{k}.csv", rows[kept], delimiter=",", header="t [s],z [mm],F_m [N]", comments=""
+        )
+        text += f'[[recording]]\nfile = "{k}.csv"\nrole = "fit"\n'
+    (tmp_path / "case.toml").write_text(text)
+    found = diagnose(read_case(tmp_path / "case.toml"), load("kelvin_voigt")).effects
+    assert [e.id for e in found] == ["unknown_sensor"]
+    assert float(found[0].says.split("a line at ")[1].split(" Hz")[0]) == pytest.approx(50.0, abs=0.05)

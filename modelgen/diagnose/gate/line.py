@@ -25,10 +25,11 @@ def _follows(model: Model, fit: Fit, grid: Array, width: float) -> Array:
     near = np.zeros(len(grid), dtype=bool)
     for s, name in ((s, name) for s in fit.hypothesis.experiment.series for name in sorted(moved)):
         t, z = s.inputs[model.axis], s.inputs[name]
-        power = np.abs(np.fft.rfft((z - z.mean()) * np.hanning(s.n))) ** 2
+        even = _filled(t, z - z.mean())
+        power = np.abs(np.fft.rfft(even * np.hanning(len(even)))) ** 2
         if not power.max() > 0:  # a free decay: nothing drives it
             continue
-        f = np.arange(len(power)) * (s.n - 1) / float(t[-1] - t[0]) / s.n
+        f = np.arange(len(power)) / _step(t) / len(even)
         strong = f[power > 1e-3 * power.max()]
         for order in range(1, 10):
             near |= (
@@ -134,9 +135,28 @@ def _apart(names: Sequence[str], f: Sequence[float], gains: Array, port: str) ->
     return Leftover(gain, gain, port, says, (LINE, strongest), line=strongest)
 
 
+GAP = 1.5
+"""Times the usual step from sample to sample beyond which some between them are missing."""
+
+
+def _step(t: Array) -> float:
+    """The time from sample to sample, where none is missing."""
+    steps = np.diff(t)
+    usual = float(np.median(steps))
+    return usual if steps.max() > GAP * usual else float(t[-1] - t[0]) / (len(t) - 1)
+
+
+def _filled(t: Array, x: Array) -> Array:
+    """Samples x of no mean as they follow each other at even steps, 0 where some are missing."""
+    at = np.rint((t - t[0]) / _step(t)).astype(int)
+    even = np.zeros(at[-1] + 1)
+    even[at] = x
+    return even
+
+
 def _highest(t: Array) -> float:
     """Half the sampling frequency."""
-    return 0.5 * (len(t) - 1) / float(t[-1] - t[0])
+    return 0.5 / _step(t)
 
 
 REACH = 120
@@ -145,8 +165,9 @@ REACH = 120
 
 def _standing_out(t: Array, x: Array, grid: Array) -> Array:
     """Power of the residual x at the frequencies of `grid` over that around them; 0 where it has none."""
-    size = 4 * len(x)
-    power = np.abs(np.fft.rfft(flattened(x - x.mean()), size)) ** 2
+    even = _filled(t, x - x.mean())
+    size = 4 * len(even)
+    power = np.abs(np.fft.rfft(flattened(even), size)) ** 2
     around = np.lib.stride_tricks.sliding_window_view(np.pad(power, REACH, mode="reflect"), 2 * REACH + 1)
     ratio = power / np.maximum(np.median(around[::8], axis=1).repeat(8)[: len(power)] / np.log(2), 1e-300)
     step = 2 * _highest(t) / size
