@@ -53,7 +53,8 @@ def test_inputs_between_samples_are_no_physics(straight: bool, tmp_path: Path) -
     assert any("smoothly" in note for note in verdict.notes) != straight
 
 
-@pytest.mark.parametrize("straight", [pytest.param(False, marks=pytest.mark.slow), True])
+@pytest.mark.slow
+@pytest.mark.parametrize("straight", [False, True])
 def test_motions_between_samples_are_no_physics(straight: bool, tmp_path: Path) -> None:
     """A springpot by Grünwald and Letnikov's sum, 32 steps a sample; ten samples a cycle at the fastest."""
     rng, count, often, alpha = np.random.default_rng(5), 900, 32, 0.3

@@ -98,7 +98,8 @@ def test_nothing_is_found_where_nothing_is_missing(tmp_path: Path, domain: str, 
 
 
 def test_a_line_in_the_force_is_unknown_and_not_physics_of_the_sample(tmp_path: Path) -> None:
-    _, v = verdict(tmp_path, 102, kind="novel", domain="force", d2=(60, 1e4))
+    hum = "novel:mains_hum"
+    _, v = verdict(tmp_path, 102, kind="novel", domain="force", effect=hum, d2=(60, 1e4))
     assert v.effects[0].id == "unknown_sensor"
     assert "line" in v.effects[0].says
     assert v.after.fit_over_noise == pytest.approx(1, abs=0.1) and v.before.fit_over_noise > 1.2

@@ -31,7 +31,7 @@ def record(name: str, role: str, seed: int, before: int, noise: float = 0.01) ->
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("before", [40, 1500])
+@pytest.mark.parametrize("before", [pytest.param(40, marks=pytest.mark.slow), 1500])
 def test_what_a_sample_had_been_through_is_no_physics(before: int) -> None:
     records = (record("a", "fit", 1, before), record("b", "fit", 2, before))
     found = diagnose(Case(None, "fractional_kelvin_voigt", records), load("fractional_kelvin_voigt"))

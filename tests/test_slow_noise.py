@@ -83,7 +83,7 @@ def test_a_drift_far_above_slow_noise_is_one(tmp_path: Path) -> None:
     assert [e.id for e in v.effects] == ["offset_drift"]
 
 
-@pytest.mark.parametrize("wanders", [0.15, 0.2])
+@pytest.mark.parametrize("wanders", [0.15, pytest.param(0.2, marks=pytest.mark.slow)])
 def test_a_stated_noise_is_no_slow_one(tmp_path: Path, wanders: float) -> None:
     """Of independent noise, a softening and a drift together make what looks like noise of 1/f."""
     rng, text = np.random.default_rng(3), 'model = "kelvin_voigt"\n[noise]\nF_m = 0.02\n'

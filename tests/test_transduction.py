@@ -30,7 +30,7 @@ def told(
     return diagnose(case, base)
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.02])
+@pytest.mark.parametrize("angle", [0.0, pytest.param(0.02, marks=pytest.mark.slow)])
 def test_a_crystal_whose_coupling_is_late_by_an_angle(tmp_path: Path, angle: float) -> None:
     """One strain constant d = |d| e^(−jθ) makes charge of force and force of voltage."""
     d = 1.2e-9 * np.exp(-1j * angle)

@@ -40,10 +40,11 @@ def fitting(model: Model) -> list[Any]:
     return [(e, port) for e in CATALOGUE for port in e.fits(model)]
 
 
-SLOW = [pytest.param("fractional_kelvin_voigt", marks=pytest.mark.slow)]
+LONG = ("fractional_kelvin_voigt", "four_parameter_viscoelastic", "lugre")
+NAMES = [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in models.SHIPPED]
 
 
-@pytest.mark.parametrize("name", [*(n for n in models.SHIPPED if n != "fractional_kelvin_voigt"), *SLOW])
+@pytest.mark.parametrize("name", NAMES)
 def test_shipped_models_with_and_without_each_effect(name: str) -> None:
     model = models.load(name)
     assert_same(model)
@@ -51,7 +52,7 @@ def test_shipped_models_with_and_without_each_effect(name: str) -> None:
         assert_same(effect.extend(model, port))
 
 
-@pytest.mark.parametrize("name", models.SHIPPED)
+@pytest.mark.parametrize("name", NAMES)
 def test_two_effects_at_once(name: str) -> None:
     model = models.load(name)
     pairs = [(a, b) for a, b in combinations(fitting(model), 2) if a[0].id != b[0].id]
