@@ -1,12 +1,14 @@
 """The banded factor of autoregressive noise with coloured motion errors on top, against dense matrices."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from modelgen.fit.banded import factor, smears, smoothing, through
-from modelgen.fit.colour import autoregression, coloured, filtered, noise_like, recursive
+from modelgen.fit.colour import _banded, autoregression, coloured, filtered, noise_like, recursive
 from modelgen.fit.whitener import Smear, Whitener
 
 
@@ -121,3 +123,17 @@ def test_errors_of_a_smoothed_path_are_whitened_over_their_whole_length() -> Non
     slow = n // half
     assert found.band is not None and np.all(found.reach[: n - 2 * half] == 2 * half)
     assert 0.5 < power[1:slow].mean() / power[slow:].mean() < 2.0
+
+
+@pytest.mark.parametrize("order", [3, 6, 9, 12])
+def test_what_repeats_itself_to_the_last_digit_has_no_colour(order: int) -> None:
+    """Roots of its filter are so near to 1, and to each other, that no process is stationary with them."""
+    t = np.arange(400) / 100
+    x = np.where((t >= 1) & (t < 3), 0.0, 30 * np.sin(2 * np.pi * t) + t**2)
+    (found,) = coloured([Whitener(np.ones((1, 400)))], [x[None]], order)
+    assert np.isfinite(found.colour(x[None])).all()
+    a = np.poly(np.full(order, 0.99875))
+    w = replace(Whitener(np.ones((1, 400))), share=np.ones(400))
+    assert np.isfinite(
+        _banded(w, x[None], a, np.ones(400), np.ones(400, dtype=bool), None).colour(x[None])
+    ).all()

@@ -214,11 +214,15 @@ def _banded(
     w: Whitener, x: Array, a: Array, clean: Array, used: Array, more: Array | None, times: float = 1.0
 ) -> Whitener:
     """`w` with the filter a and the factor of what it leaves; `more`: of further noise, as `through` gives
-    it, so many `times`."""
+    it, so many `times`. None of a filter whose process is not stationary: that of a residual which repeats
+    itself to the last digit."""
     row = _rows(clean, len(a) - 1)
     innovations = filtered(a, x)[:, len(a) - 1 :]
     s2 = float(np.mean(np.sum(row * innovations**2, axis=1)) / max(np.sum(row), 1e-9)) or 1.0
-    L = factor(a, s2, np.where(used, 0.0, UNBELIEVED), more, times)
+    try:
+        L = factor(a, s2, np.where(used, 0.0, UNBELIEVED), more, times)
+    except np.linalg.LinAlgError:
+        return _banded(w, x, np.ones(1), clean, used, more, times) if len(a) > 1 else w
     level = -np.log(w.undo[used]) if w.undo is not None else np.zeros(1)
     L *= np.exp(np.mean(level) - np.mean(np.log(L[0, used])))
     return replace(w, ar=a, band=L)
