@@ -18,12 +18,19 @@ NO_PAGE = (".pdf", ".png", ".svg", ".jpg", ".jpeg", ".md", ".docx", ".json", ".c
 PLAIN_WIDTH = 120  # where there is no terminal, so that a table in a file or a pipe is whole
 
 
-def console(plain: int = PLAIN_WIDTH) -> Console:
-    """Prints to standard output; as wide as `plain` where that is no terminal."""
+def console(plain: int = PLAIN_WIDTH, lasting: bool = False) -> Console:
+    """Prints to standard output; as wide as `plain` where that is no terminal. lasting: and on to nowhere
+    when its reader has gone, as `| head` does, where a run is for what it writes."""
     from rich.console import Console
 
-    found = Console(highlight=False, markup=False)
-    return found if found.is_terminal else Console(highlight=False, markup=False, width=plain)
+    class Lasting(Console):
+        def on_broken_pipe(self) -> None:
+            self.quiet = True
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+    kind = Lasting if lasting else Console
+    found = kind(highlight=False, markup=False)
+    return found if found.is_terminal else kind(highlight=False, markup=False, width=plain)
 
 
 def note(texts: Iterable[str]) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json as jsons
 import os
 import signal
-import sys
 import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -16,7 +15,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
-from modelgen.cli.console import PLAIN_WIDTH, check_output, check_outputs, check_page, spare
+from modelgen.cli.console import check_output, check_outputs, check_page, console, spare
 from modelgen.cli.scoreboard import Row, marks, progress, show_board
 from modelgen.errors import InputError
 from modelgen.prove import about, studies
@@ -121,20 +120,6 @@ def _given() -> set[str]:
     return {n for n, source in sources.items() if source is not None and source.name == "COMMANDLINE"}
 
 
-def _console() -> Console:
-    """Prints to standard output, and on to nowhere when its reader has gone, as `| head` does: a run is for
-    what it writes."""
-    from rich.console import Console
-
-    class Lasting(Console):
-        def on_broken_pipe(self) -> None:
-            self.quiet = True
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-    found = Lasting(highlight=False, markup=False)
-    return found if found.is_terminal else Lasting(highlight=False, markup=False, width=PLAIN_WIDTH)
-
-
 def _listed(text: str) -> tuple[str, ...]:
     return tuple(w.strip() for w in text.split(",") if w.strip())
 
@@ -149,7 +134,7 @@ def prove(wish: Wish) -> int:
         if not wish.secret
         else own_trials(wish.secret)
     )
-    room, to = Room(wish.keep), _console()
+    room, to = Room(wish.keep), console(lasting=True)
     if tasks:
         room.open(wish.settings)
     elif not room.rows():
@@ -191,7 +176,7 @@ def prove_secret(path: Path, json: Path | None, limit: float) -> int:
 
     check_output(json)
     spare((path,), json)
-    to = _console()
+    to = console(lasting=True)
     with tempfile.TemporaryDirectory(prefix="own-") as scratch:
         (row,) = run(
             own_trials(path), Room(Path(scratch)), 1, limit,

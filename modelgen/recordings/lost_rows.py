@@ -4,11 +4,10 @@ jump to where they would have been."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-Array = np.ndarray[Any, np.dtype[Any]]
+from modelgen.recordings.runs import Array, runs
 
 SHORTEST = 3
 """Rows alike that are no accident."""
@@ -30,11 +29,9 @@ def lost_rows(columns: Sequence[Array]) -> Array:
     if len(moving) < 2 and not any(map(np.iscomplexobj, moving)):
         return none  # of a single real column nothing tells a lost row from a value that stays
     same = np.all([y[1:] == y[:-1] for y in moving], axis=0)
-    ends = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]]).astype(int))).reshape(-1, 2)
-    runs = [(int(a), int(b) + 1) for a, b in ends if b + 1 - a >= SHORTEST]
     steps = [np.abs(np.diff(y)) for y in moving]
     found, alike = none.copy(), int(same.sum())
-    for a, b in runs:
+    for a, b in ((a, b + 1) for a, b in runs(same) if b + 1 - a >= SHORTEST):
         alike -= b - a - 1
         before, after = (
             any(_jumps(d, at, near) for d in steps)

@@ -137,13 +137,16 @@ def _apart(names: Sequence[str], f: Sequence[float], gains: Array, port: str) ->
 
 GAP = 1.5
 """Times the usual step from sample to sample beyond which some between them are missing."""
+SPARSE = 2.0
+"""Times as many samples that a record without gaps would have, beyond which it was made in bursts, or at
+steps that grow: no sampling that some samples are missing of."""
 
 
 def _step(t: Array) -> float:
-    """The time from sample to sample, where none is missing."""
+    """The time from sample to sample where none is missing, or the mean one where none is usual."""
     steps = np.diff(t)
-    usual = float(np.median(steps))
-    return usual if steps.max() > GAP * usual else float(t[-1] - t[0]) / (len(t) - 1)
+    usual, mean = float(np.median(steps)), float(t[-1] - t[0]) / (len(t) - 1)
+    return usual if steps.max() > GAP * usual and mean < SPARSE * usual else mean
 
 
 def _filled(t: Array, x: Array) -> Array:

@@ -13,6 +13,7 @@ from modelgen.diagnose.hypotheses.setting import ALARM
 from modelgen.diagnose.noise.noise import FITS, GROSS, outliers_of
 from modelgen.fit.series import Array, Series
 from modelgen.fit.whitener import Whitener
+from modelgen.recordings.runs import runs
 
 HIDDEN = 100.0
 """Squares of newly found outliers, over the noise, that are worth a second search."""
@@ -38,9 +39,8 @@ def by_chance(along: Sequence[Array], marks: Sequence[Array]) -> list[Array]:
     places = [np.sort(f[m]) for f, m in zip(along, marks, strict=True)]
     found = []
     for f, m in zip(along, marks, strict=True):
-        ends = np.flatnonzero(np.diff(np.concatenate([[False], m, [False]]).astype(int))).reshape(-1, 2)
         kept = m.copy()
-        for a, b in ends:
+        for a, b in runs(m):
             low, high = f[max(a - 1, 0) : b + 1].min(), f[max(a - 1, 0) : b + 1].max()
             kept[a:b] = not all(np.any((low <= x) & (x <= high)) for x in places)
         found.append(kept)
@@ -179,9 +179,8 @@ HEAVY = 3.0
 def abrupt(square: Array) -> Array:
     """(n,) bool: runs of at most BURST samples whose squares tower above three on either side, and all."""
     far = square > GROSS**2 * max(float(np.median(square)), 1e-300)
-    ends = np.flatnonzero(np.diff(np.concatenate([[False], far, [False]]).astype(int)))
     found = np.zeros(len(square), dtype=bool)
-    for a, b in ends.reshape(-1, 2):
+    for a, b in runs(far):
         beside = np.concatenate([square[max(a - 3, 0) : a], square[b : b + 3]])
         found[a:b] = b - a <= BURST and square[a:b].min() > EDGE * beside.max(initial=0.0)
     return found

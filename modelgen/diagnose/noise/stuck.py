@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from modelgen.fit.series import Array
+from modelgen.recordings.runs import runs
 
 SURE = 6.0
 """Robust standard deviations that a lost reading is off."""
@@ -26,7 +27,7 @@ def stuck(data: Array, white: Array) -> Array:
         same = y[1:] == y[:-1]
         level = max(1.4826 * float(np.median(x)), 1e-300)
         usual = float(np.mean(same))
-        for a, b in _runs(same):
+        for a, b in ((a, b + 1) for a, b in runs(same)):
             begins, ends = x[max(a - NEXT, 0) : a], x[b : b + NEXT]
             jumps, returns = (
                 off > max(SURE * level, EDGE * beside.max(initial=0.0))
@@ -35,9 +36,3 @@ def stuck(data: Array, white: Array) -> Array:
             held = ends.size > 0 and len(y) * max(usual, 1 / len(y)) ** (b - a - 1) < ODD
             found[a:b] |= bool(returns and (jumps or held))
     return found if found.sum() < MOST * found.size else np.zeros_like(found)
-
-
-def _runs(same: Array) -> list[tuple[int, int]]:
-    """[a, b) of the runs of equal values, which of (n − 1,) are as the one before."""
-    ends = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]]).astype(int))).reshape(-1, 2)
-    return [(int(a), int(b) + 1) for a, b in ends]

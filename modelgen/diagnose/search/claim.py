@@ -42,9 +42,9 @@ PLAIN = 100.0
 of the noise may be all of it."""
 CREDIBLE = 1.35
 """A stated noise is believed when the best hypothesis leaves 1/CREDIBLE to CREDIBLE times as much."""
-THIRD = 1 / 3
-"""Of the squares that are left, taken away in the first and in the last half of each recording: noise of any
-colour has another shape in each."""
+TAKEN = 1 / 3
+"""Part of the squares that are left, taken away in the first and in the last half of each recording: noise
+of any colour has another shape in each."""
 MOSTLY = 0.25
 """Share of the evidence that coloured noise must leave: with less, it may be that, and more is asked."""
 
@@ -111,7 +111,7 @@ def _everywhere(old: Fit, new: Fit, alarm: float) -> bool:
         return False
     was, left = plain_white(old), plain_white(new)
     parts = zip(_halves(was), _halves(left), strict=True)
-    if any(np.sum(b**2) > (1 - THIRD) * np.sum(a**2) for a, b in parts):
+    if any(np.sum(b**2) > (1 - TAKEN) * np.sum(a**2) for a, b in parts):
         return False
     count = effective(was) / correlation_length(was)
     gain = count * float(np.log(misfit(old) / misfit(new)))
