@@ -129,6 +129,8 @@ def test_methods_by_their_text() -> None:
         "ipopt(20)": r"takes no number, but ipopt\(shooting=20\)",
         "ipopt(shoting=2)": "no setting 'shoting', did you mean 'shooting'",
         "ipopt(shooting=)": "whole number is wanted for shooting",
+        "ipopt(shooting=-3)": r"wanted ipopt or ipopt\(shooting=N\), N a whole number from 0",
+        "pso(x)": r"wanted pso or pso\(N\), N a whole number from 0",
         "gauss-newton(a=3)": "no setting 'a'; it has none",
     }.items():
         with pytest.raises(InputError, match=says):

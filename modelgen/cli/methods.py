@@ -46,13 +46,20 @@ def read_method(text: str) -> Method | Recipe | None:
         found = _LINK.fullmatch(link)
         name = _spelled(link.partition("(")[0])
         if not found and name in METHODS:
-            raise InputError(f"--method: {link.strip()}: wanted {name} or {name}(a whole number)")
+            raise InputError(f"--method: {link.strip()}: wanted {_forms(name)}")
         if not found or name not in METHODS:
             hint = did_you_mean(link, METHODS) or f"; it is one of {', '.join((*METHODS, *RECIPES))}"
             raise InputError(f"--method: unknown method '{link.strip()}'{hint}")
         made = _made(name, found[2], found[3], link.strip())
         whole = made if whole is None else whole >> made
     return whole
+
+
+def _forms(name: str) -> str:
+    """How the method called `name` may be written."""
+    known = signature(METHODS[name]).parameters.values()
+    forms = [f"{name}({'' if p.kind is p.POSITIONAL_OR_KEYWORD else f'{p.name}='}N)" for p in known]
+    return " or ".join((name, *forms)) + (", N a whole number from 0" if forms else "")
 
 
 def _made(name: str, setting: str | None, number: str | None, link: str) -> Method:
