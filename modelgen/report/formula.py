@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from markupsafe import Markup, escape
 
-from modelgen.report.words import short
+from modelgen.report.words import name_of, short
 
 _NAMES = (
     "alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi pi rho sigma tau phi chi psi omega "
@@ -57,7 +57,7 @@ def _own(name: str, ids: Sequence[str]) -> str:
 
 def sentence(text: str) -> Markup:
     """Prose with a capital letter, powers raised, figures as printed; semi_inductance is two words."""
-    words = re.sub(r"\b[a-z]{3,}(?:_[a-z]{2,})+\b", lambda m: m[0].replace("_", " "), text.strip())
+    words = re.sub(r"\b[a-z]{3,}(?:_[a-z]{2,})+\b", lambda m: name_of(m[0]), text.strip())
     words = re.sub(r"(?<![\w.])\d+(?:\.\d+)?e[-+]?\d+\b", lambda m: short(float(m[0])), words)
     words = re.sub(r"^(?:a|[a-z]{2,})\b", lambda m: m[0][:1].upper() + m[0][1:], words)
     words += "." if words and words[-1] not in ".!?" else ""

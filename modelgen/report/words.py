@@ -77,9 +77,13 @@ def in_english(things: Iterable[str]) -> str:
     return f"{', '.join(most)} and {last}" if most else last
 
 
-def name_of(effect_id: str) -> str:
-    """An effect's id as words."""
-    return effect_id.replace("_", " ")
+PEOPLE = ("bouc", "coulomb", "dahl", "kelvin", "maxwell", "stribeck", "voigt", "warburg", "wen")
+"""Whose names ids spell small."""
+
+
+def name_of(id: str) -> str:
+    """An effect's or a model's id as words."""
+    return " ".join(w.capitalize() if w in PEOPLE else w for w in id.split("_"))
 
 
 def is_unknown(effect: Finding) -> bool:
