@@ -34,7 +34,7 @@ def judged(folder: Path, held: str) -> Verdict:
     return diagnose(read_case(folder / "case.toml"), load("kelvin_voigt"))
 
 
-@pytest.mark.parametrize("held", ["rubs", "linear"])
+@pytest.mark.parametrize("held", [pytest.param("rubs", marks=pytest.mark.slow), "linear"])
 def test_a_claim_that_explains_only_what_was_fitted_is_half_as_sure(tmp_path: Path, held: str) -> None:
     same, other = judged(tmp_path / "same", "hardens"), judged(tmp_path / "other", held)
     assert [e.id for e in same.effects] == [e.id for e in other.effects] == ["cubic_stiffness"]

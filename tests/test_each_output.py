@@ -70,6 +70,7 @@ def test_one_law_at_two_ports_is_two_hypotheses(output: str, port: str) -> None:
     assert any(f.hypothesis.key == outcome.best.hypothesis.key for f in kept)
 
 
+@pytest.mark.slow
 def test_ports_are_told_apart_in_any_order() -> None:
     made = case(2 * Z + 0.15 * Z**3, 3 * Z)
     model = two()

@@ -10,6 +10,7 @@ import pytest
 import modelgen as mg
 
 
+@pytest.mark.slow
 def test_a_base_does_not_follow_a_resonance_that_is_not_its_own(tmp_path: Path) -> None:
     """A trap in the cable, just below the band: swarms agree on a coil that takes its place."""
     rng, text = np.random.default_rng(4), 'model = "electrodynamic_transducer"\n'

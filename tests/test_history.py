@@ -40,6 +40,7 @@ def test_what_a_sample_had_been_through_is_no_physics(before: int) -> None:
     assert found.after.fit_over_noise < 1.1
 
 
+@pytest.mark.slow
 def test_a_sample_that_had_rested_has_no_past() -> None:
     whole = record("a", "fit", 3, 0)
     found = diagnose(Case(None, "fractional_kelvin_voigt", (whole,)), load("fractional_kelvin_voigt"))

@@ -43,7 +43,7 @@ def told(folder: Path, sweeps: list[np.ndarray]) -> Verdict:
     ("id", "hard", "drag", "level", "current"),
     [
         pytest.param("cubic_stiffness", 0.1, 0.0, 0.2, False, id="spring, voltage"),
-        pytest.param("quadratic_damping", 0.0, 0.1, 0.2, False, id="drag, voltage"),
+        pytest.param("quadratic_damping", 0.0, 0.1, 0.2, False, id="drag, voltage", marks=pytest.mark.slow),
         pytest.param("cubic_stiffness", 0.1, 0.0, 0.03, True, id="spring, current"),
     ],
 )

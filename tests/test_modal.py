@@ -40,6 +40,7 @@ def test_two_close_modes_are_told_apart() -> None:
     assert [m.xi for m in found.modes] == pytest.approx([0.01, 0.015], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_stated_uncertainty_of_a_hammer_test_is_the_scatter() -> None:
     z = []
     for seed in range(25):

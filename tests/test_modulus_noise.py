@@ -52,6 +52,7 @@ def test_what_a_modulus_shows_is_found() -> None:
     assert verdict.after.fit_over_noise < 1.2
 
 
+@pytest.mark.slow
 def test_a_hold_out_is_judged_alike_in_any_order() -> None:
     """A quiet and a loud recording were fitted; the held-out one, where the effect is half as strong, is
     quiet."""

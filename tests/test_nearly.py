@@ -46,6 +46,7 @@ def test_a_mass_on_a_joint_is_told_from_a_mass_where_the_joint_is_seen(
     assert (effect.probability < 0.6) is told
 
 
+@pytest.mark.slow
 def test_a_second_effect_that_may_not_be_there_decides_nothing() -> None:
     """A mass on a spring and a dashpot makes a force early, as a displacement that is late does: a second
     effect which brings next to nothing leaves that open."""

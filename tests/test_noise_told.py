@@ -20,7 +20,7 @@ def opened(folder: Path, model: str, header: str, rows: Any, more: str) -> tuple
     return mg.open_case(folder / "case.toml")
 
 
-@pytest.mark.parametrize("modulus", [False, True])
+@pytest.mark.parametrize("modulus", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_resonance_that_is_missed_is_no_noise(tmp_path: Path, modulus: bool) -> None:
     """The base misses it by a hundred times the noise, which weights must not turn into scatter."""
     f, rng = np.geomspace(10, 3000, 500), np.random.default_rng(3)

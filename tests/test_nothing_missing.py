@@ -119,6 +119,7 @@ def test_a_hold_out_that_is_missed_is_told(tmp_path: Path) -> None:
     assert "misses the held-out" in v.summary
 
 
+@pytest.mark.slow
 def test_a_bound_of_the_case_that_holds_a_parameter_is_told(tmp_path: Path) -> None:
     v = judged(tmp_path, "white", 1e-3, 1, 60, more="[bounds]\nR_e = [8.0, 20.0]\n")
     assert not v.adequate

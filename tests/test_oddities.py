@@ -132,6 +132,7 @@ def test_the_first_line_goes_with_its_harmonics_where_a_resonance_is_missed_besi
     assert all(m[np.abs(x - 50.0) < 6.0].all() for x, m in zip(f, marks, strict=True))
 
 
+@pytest.mark.slow
 def test_mains_in_sweeps_of_a_stiffness_are_no_physics_of_the_sample(tmp_path: Path) -> None:
     """What a rig picks up at 50 and 150 Hz looks like resonances."""
     rng, f = np.random.default_rng(2), np.arange(5.0, 185.0)

@@ -80,6 +80,7 @@ def test_a_pair_that_one_recording_shows_is_not_taken_for_noise(tmp_path: Path) 
     assert found.after.fit_over_noise == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_long_memory_of_the_noise_is_no_physics(tmp_path: Path) -> None:
     """ρ = 0.98, no level stated: nine times what the scatter between neighbours tells, which physics would
     leave as well."""

@@ -168,6 +168,7 @@ def test_steps_of_a_staircase_are_no_outliers() -> None:
     assert not outliers(white, least=rounding(seen) / 1e-3).any()
 
 
+@pytest.mark.slow
 def test_a_coarse_converter_is_no_distortion(tmp_path: Path) -> None:
     """Where a motion turns, rounding to eight times the noise is an error that stays, as far as a force."""
     rng, text = np.random.default_rng(5), 'model = "modified_dahl"\n'

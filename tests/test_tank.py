@@ -23,6 +23,7 @@ tank = Model(
 )
 
 
+@pytest.mark.slow
 def test_a_valve_that_is_laminar_first_and_turbulent_later() -> None:
     rng, time = np.random.default_rng(6), np.arange(1500) * 2.0
     flow = np.interp(time, np.arange(0, 3200, 250.0), rng.uniform(0.2, 2.2, 13))

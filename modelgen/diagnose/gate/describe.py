@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from modelgen.diagnose.gate.functions import LEVEL, LINE, WAVE
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.addition import Addition
+from modelgen.diagnose.hypotheses.functions import LEVEL, LINE, WAVE
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting

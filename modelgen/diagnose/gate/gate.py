@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modelgen.diagnose.gate.describe import described
-from modelgen.diagnose.gate.functions import LEVEL
 from modelgen.diagnose.gate.generic import leftover
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import gained_beside
@@ -20,9 +19,11 @@ from modelgen.diagnose.gate.notes import beside_note, far_notes, level_note, noi
 from modelgen.diagnose.gate.rivals import LEFT, as_leftover, nearer, outdone
 from modelgen.diagnose.gate.unlisted import best_unlisted, refused, with_rivals
 from modelgen.diagnose.gate.wholly import FAR, but_noise, wholly_described
+from modelgen.diagnose.hypotheses.functions import LEVEL
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE, standings
 from modelgen.diagnose.hypotheses.refit import Fit, mean_square, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting, nearest
+from modelgen.diagnose.noise.follows import ignores_motion
 from modelgen.diagnose.noise.noise import FITS, first_order, fitful, scatter
 from modelgen.diagnose.noise.recolour import CONTENDERS, GROSS_ESTIMATED, beyond
 from modelgen.diagnose.search.claim import CREDIBLE, own_gain
@@ -183,7 +184,9 @@ def _gross(setting: Setting, plain: Sequence[Array], stated: bool, scatter: floa
         return bool(rms > FITS * beyond(scatter))
     # a level that was estimated of the base's residual holds what the base misses from sample to sample
     limit = GROSS_ESTIMATED * min(1.0, scatter)
-    return bool(rms > limit) and not all(first_order(e, len(plain)) for e in plain)
+    if rms <= limit or all(first_order(e, len(plain)) for e in plain):
+        return False
+    return not (setting.model.is_time_model and ignores_motion(setting.model, setting.series, plain))
 
 
 def modelled(setting: Setting, outcome: Outcome, gate: Gate) -> Gate:

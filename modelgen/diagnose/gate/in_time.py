@@ -9,14 +9,14 @@ from functools import cache
 
 import numpy as np
 
-from modelgen.diagnose.gate import functions
 from modelgen.diagnose.gate.channels import places, shown
-from modelgen.diagnose.gate.functions import Group
 from modelgen.diagnose.gate.gains import CHECKED, Noise, gain_of, noise_of, parted
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import line
 from modelgen.diagnose.gate.ports import felt_terms, felt_waves
+from modelgen.diagnose.hypotheses import functions
 from modelgen.diagnose.hypotheses.evidence import Level, effective
+from modelgen.diagnose.hypotheses.functions import Group
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import COLOUR_TIME
 from modelgen.diagnose.noise.replica import motion_matters

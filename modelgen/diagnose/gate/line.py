@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from modelgen.diagnose.gate.channels import port_at, shown
-from modelgen.diagnose.gate.functions import LINE
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.evidence import effective
+from modelgen.diagnose.hypotheses.functions import LINE
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.noise.noise import scatter
 from modelgen.fit.colour import flattened

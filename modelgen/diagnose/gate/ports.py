@@ -10,7 +10,7 @@ import numpy as np
 
 from modelgen.codegen import build
 from modelgen.diagnose.gate.describe import POWERS, powers, wave
-from modelgen.diagnose.gate.functions import PITCHES, wave_number
+from modelgen.diagnose.hypotheses.functions import PITCHES, wave_number
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.scales import values_at
 from modelgen.effects import Effect

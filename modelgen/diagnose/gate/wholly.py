@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from modelgen.diagnose.gate.describe import described
-from modelgen.diagnose.gate.functions import LEVEL
 from modelgen.diagnose.gate.generic import descriptions, likeliest
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.meter import distorted
 from modelgen.diagnose.gate.rivals import LEFT
+from modelgen.diagnose.hypotheses.functions import LEVEL
 from modelgen.diagnose.hypotheses.refit import Fit, mean_square, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import Outcome, Setting
 from modelgen.diagnose.noise.recolour import own_colours

@@ -11,6 +11,7 @@ import numpy as np
 from modelgen.diagnose.hypotheses.evidence import bic, effective, settled
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, moving, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, Setting
+from modelgen.diagnose.noise.follows import ignores_motion
 from modelgen.diagnose.noise.noise import FITS, correlation_length, first_order, fitful, local_level, scatter
 from modelgen.diagnose.noise.one_instrument import colours
 from modelgen.diagnose.noise.smooth_error import SIZES, quietness, smooth_error
@@ -216,8 +217,8 @@ def _own_price(
 
 
 def gross(s: Setting, white: Sequence[Array]) -> bool:
-    """Whether the best hypothesis leaves far more than noise, and than one of the first order of which nobody
-    stated how large it is."""
+    """Whether the best hypothesis leaves far more than noise, and than one of the first order, or one that
+    ignores the motion, of which nobody stated how large it is."""
     over = (
         [1.0] * len(white) if s.model.is_time_model else quietness(s.series, [x.whitener for x in s.series])
     )
@@ -228,7 +229,7 @@ def gross(s: Setting, white: Sequence[Array]) -> bool:
         limit = GROSS_STATED * beyond(rough) if told else GROSS_ESTIMATED
         large = used.size and float(np.sqrt(np.mean(used**2))) > limit
         if large and (told or not first_order(e, len(white))):
-            return True
+            return told or not (s.model.is_time_model and ignores_motion(s.model, s.series, white))
     return False
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, mean_square, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, Setting, nearest
+from modelgen.diagnose.noise.follows import following
 from modelgen.diagnose.noise.noise import FITS, correlation_length
 from modelgen.diagnose.noise.recolour import own_noises
 from modelgen.diagnose.noise.replica import motion_matters
@@ -45,6 +46,9 @@ CREDIBLE = 1.35
 TAKEN = 1 / 3
 """Part of the squares that are left, taken away in the first and in the last half of each recording: noise
 of any colour has another shape in each."""
+FOLLOWED, EACH, PARTS = 0.75, 0.5, 4
+"""Of what functions of the motion explain of a residual: share that a law takes away in all, and in each of
+so many parts of the recordings, at least, that hold their share. No law takes this from noise everywhere."""
 MOSTLY = 0.25
 """Share of the evidence that coloured noise must leave: with less, it may be that, and more is asked."""
 
@@ -83,7 +87,7 @@ def gains(s: Setting, judge: Judge, base: Fit, old: Fit, new: Fit) -> bool:
         return False
     if sure and s.model.is_time_model:  # a colour that makes up for it is no noise that was stated
         return True
-    if s.model.is_time_model and _everywhere(old, new, alarm):
+    if s.model.is_time_model and (_everywhere(old, new, alarm) or _in_all_motions(s, old, new)):
         return True
     own = own_gain(s, judge, old, new)
     mostly = own < MOSTLY * (old.bic - new.bic) and not sure
@@ -116,6 +120,26 @@ def _everywhere(old: Fit, new: Fit, alarm: float) -> bool:
     count = effective(was) / correlation_length(was)
     gain = count * float(np.log(misfit(old) / misfit(new)))
     return gain - (new.parameters - old.parameters) * float(np.log(max(count, 3.0))) > alarm
+
+
+def _in_all_motions(s: Setting, old: Fit, new: Fit) -> bool:
+    """Whether one law, the same in all recordings, takes away most of what functions of the motion explain of
+    what `old` leaves, wherever it is: that is no noise, though a filter would foretell it."""
+    added = [a for a in new.hypothesis.added if a.key not in old.hypothesis.key]
+    if any(a.effect.each or a.effect.needs == ("t",) for a in added):
+        return False
+    was, left = (following(s.model, s.series, plain_white(f)) for f in (old, new))
+    if was is None or left is None:
+        return False
+    pieces = 2 * max(1, -(-PARTS // (2 * len(was))))
+    before, after = (
+        np.array([np.sum(part**2) for e in x for part in np.array_split(e, pieces, axis=1)])
+        for x in (was, left)
+    )
+    heavy = before > np.mean(before) / 2
+    if int(heavy.sum()) < PARTS or after.sum() > (1 - FOLLOWED) * before.sum():
+        return False
+    return bool(np.all(after[heavy] <= (1 - EACH) * before[heavy]))
 
 
 def _halves(white: Sequence[Array]) -> list[Array]:
