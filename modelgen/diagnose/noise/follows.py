@@ -19,7 +19,7 @@ GROUPS = ("displacement", "speed", "both", "play", "memory")
 """Functions of few variables and memories that make up the space; short wavelengths would be most of it."""
 PLAYED = (0.81, 0.86, 0.91, 1.1, 1.16, 1.23)
 """Speeds at which a motion is another of the same kind, which what is left has nothing to do with."""
-MORE, MOST = 1.5, 0.5
+MORE, MOST = 2.0, 0.5
 """What is left follows the motion that explains so many times what any of these does, or that share of it."""
 ROOM = 10
 """Samples of a record for each of them."""
