@@ -150,6 +150,14 @@ def test_what_says_nothing_of_one_secret_is_refused(words, tmp_path, capsys):
     assert f"{words[0]}: of no effect" in said and said.count("\n") == 1
 
 
+@pytest.mark.parametrize("words", [["--trials", "3"], ["--seed", "1"], ["--domain", "gmm"], ["--quick"]])
+def test_what_says_nothing_of_given_secrets_is_refused(words, tmp_path, capsys):
+    own_case(tmp_path / "a")
+    assert main(["prove", "--secret", str(tmp_path), *words]) == 2
+    said = capsys.readouterr().err
+    assert f"{words[0]}: of no effect with a folder" in said and said.count("\n") == 1
+
+
 @pytest.mark.parametrize(
     ("words", "trials", "real"),
     [

@@ -86,13 +86,10 @@ def prove_command(
     if not limit > 0:
         raise InputError(f"--limit {limit:g}: a positive number of seconds is wanted")
     given = _given()
-    if secret is not None and not secret.is_dir():
-        if useless := [f"--{name}" for name in FOR_TRIALS if name in given]:
-            raise InputError(
-                f"--secret {secret} {' '.join(useless)}: of no effect with a file, whose one case is "
-                "diagnosed and shown; lay it into a folder, or leave the option out"
-            )
-        return prove_secret(secret, json, limit)
+    if secret is not None:
+        _check_useful(secret, given)
+        if not secret.is_dir():
+            return prove_secret(secret, json, limit)
     if real is not None and not real.is_dir():
         raise InputError(f"--real {real}: no such folder, wanted one with a folder for each measured case")
     measured = None if secret is not None else real or (None if quick else MEASURED_CASES)
@@ -105,8 +102,22 @@ def prove_command(
     return prove(wish)
 
 
-FOR_TRIALS = ("html", "markdown", "keep", "trials", "seed", "jobs", "noise", "domain", "real", "quick")
+FOR_DRAWN = ("trials", "seed", "noise", "domain", "real", "quick")
+"""Options that say which secrets are drawn, and nothing of those that are given."""
+FOR_MANY = ("html", "markdown", "keep", "jobs")
 """Options that say nothing of one secret's file."""
+
+
+def _check_useful(secret: Path, given: set[str]) -> None:
+    """Raises InputError where an option that was `given` would do nothing."""
+    kind = "folder" if secret.is_dir() else "file"
+    options = FOR_DRAWN if secret.is_dir() else (*FOR_MANY, *FOR_DRAWN)
+    if useless := [f"--{name}" for name in options if name in given]:
+        why, how = "whose cases are diagnosed and scored as they are", "leave the option out"
+        if kind == "file":
+            why = "whose one case is diagnosed and shown"
+            how = "lay it into a folder, or leave the option out"
+        raise InputError(f"--secret {secret} {' '.join(useless)}: of no effect with a {kind}, {why}; {how}")
 
 
 def _given() -> set[str]:
