@@ -447,3 +447,10 @@ def test_a_mass_behind_a_soft_joint_does_not_diverge():
     scene = drawing.scene_of(secret)
     sizes = [[np.ptp(y) for y in scene.simulate(s)] for s in (secret.strength, {})]
     assert np.all(np.array(sizes[0]) < 100 * np.array(sizes[1]))
+
+
+def test_a_record_that_a_clearance_takes_up_has_no_share_in_what_is_explained() -> None:
+    """Its force is rounding: what a base misses of it is as large as that, whatever else it explains."""
+    pair = "backlash", "stress_softening"
+    secret = truths.draw(420100079, "pair", "force", pair, noise="coloured", ratio=9.43)
+    assert 0.9 < secret.r2 < 1

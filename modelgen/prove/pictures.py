@@ -12,6 +12,7 @@ from modelgen.prove import scores, studies
 from modelgen.prove.scores import Row, Share
 from modelgen.report import svg
 from modelgen.report.axes import log_ticks
+from modelgen.report.words import name_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -195,7 +196,7 @@ def _cell(axes: Axes, i: int, j: int, count: float, part: float, right: bool) ->
 
 
 def _words(effect: str) -> str:
-    return effect.removeprefix("novel:").replace("_", " ") + (" *" if effect.startswith("novel:") else "")
+    return name_of(effect.removeprefix("novel:")) + (" *" if effect.startswith("novel:") else "")
 
 
 def _place(effect: str) -> tuple[int, str, str]:

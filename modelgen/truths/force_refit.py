@@ -14,6 +14,8 @@ from .drive import Array, Motion
 from .solve import Refit, Responses
 
 LINEAR = ("k_D", "c_D", "h_D", "F_0")
+NO_FORCE = 1e-9
+"""Share of the largest variance of a record's force below which it is rounding."""
 
 
 class Columns:
@@ -109,10 +111,10 @@ class Columns:
         log_rho = min((at, float(best.x)), key=d2)
         left, q, X = solve(log_rho)
         lost = self._force(left)
+        pairs = [(np.var(e), np.var(f)) for e, f in zip(lost, y, strict=False)]
         # a record in which a clearance takes up all of the motion has no force to lose
-        r2 = 1 - float(
-            np.mean([np.var(e) / max(float(np.var(f)), 1e-300) for e, f in zip(lost, y, strict=False)])
-        )
+        least = NO_FORCE * max(f for _, f in pairs)
+        r2 = 1 - float(np.mean([e / f for e, f in pairs if f > least]))
         return Refit(left, r2, self._bent(q, log_rho), self._std(q, X, log_rho))
 
     def _force(self, white: Array) -> list[Array]:
