@@ -103,3 +103,13 @@ def test_a_record_too_short_for_them_tells_nothing() -> None:
     e = np.random.default_rng(3).standard_normal((1, 300))
     assert following(model, [short], [e]) is None
     assert not ignores_motion(model, [short], [e])
+
+
+def test_a_record_at_rest_follows_nothing() -> None:
+    model, (s, other, *_) = load("kelvin_voigt"), records(np.random.default_rng(5))
+    still = replace(s, inputs={"t": s.inputs["t"], "z": np.full(2000, 0.3), "v": np.zeros(2000)})
+    e = np.random.default_rng(6).standard_normal((1, 2000))
+    for series in ([still], [still, other]):
+        parts = following(model, series, [e] * len(series))
+        assert parts is not None and not parts[0].any()
+        assert ignores_motion(model, series, [e] * len(series))

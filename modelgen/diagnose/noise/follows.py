@@ -24,7 +24,8 @@ MORE, MOST = 2.0, 0.5
 ROOM = 10
 """Samples of a record for each of them."""
 FULL = 1e-8
-"""Singular values, over the largest, below which a function adds nothing to the others."""
+"""Singular values, over the largest, below which a function adds nothing to the others; and rms of one that
+doesn't move."""
 
 
 def following(model: Model, series: Sequence[Series], white: Sequence[Array]) -> list[Array] | None:
@@ -42,12 +43,20 @@ def following(model: Model, series: Sequence[Series], white: Sequence[Array]) ->
             return None
         used = np.any(e != 0, axis=0)  # what is marked weighs nothing
         columns = (columns - columns.mean(axis=0)) * used[:, None]
-        height = np.linalg.norm(columns, axis=0)
-        moved = columns[:, height > 0] / height[height > 0]  # a play is wider than a small stroke
-        u, size, _ = np.linalg.svd(moved, full_matrices=False)
-        u = u[:, size > FULL * size[0]]
+        u = _orthonormal(columns)
         parts.append((e - e.mean(axis=1, keepdims=True)) @ u @ u.T)
     return parts
+
+
+def _orthonormal(columns: Array) -> Array:
+    """(n, k) of the space of `columns` (n, m), in units of their own; those that stand are none of it: a play
+    is wider than a small stroke, and a record may be at rest."""
+    height = np.linalg.norm(columns, axis=0)
+    moved = columns[:, height > FULL * np.sqrt(len(columns))]
+    if not moved.size:
+        return moved
+    u, size, _ = np.linalg.svd(moved / np.linalg.norm(moved, axis=0), full_matrices=False)
+    return np.asarray(u[:, size > FULL * size[0]])
 
 
 def ignores_motion(model: Model, series: Sequence[Series], white: Sequence[Array]) -> bool:
