@@ -174,7 +174,7 @@ def _confused(good: Sequence[Row]) -> str:
     found = studies.mixed_up(good)
     rows = [
         (c["concealed"], c["named"], str(c["n"]), str(c["said"]),
-         f"{c['d2'][0]:.0f}–{c['d2'][1]:.0f}" if c["d2"][1] else "",  # of somebody's own it isn't known
+         _between(*c["d2"]) if c["d2"][1] else "",  # of somebody's own it isn't known
          ", ".join(c["noise"]), ", ".join(map(str, c["indices"])))
         for c in found
     ]  # fmt: skip
@@ -210,3 +210,8 @@ def _real(real: Sequence[Row]) -> str:
              r["agrees"], f"{r['seconds']:.1f}")
         )  # fmt: skip
     return _grid(("device", "found", "rms over noise", "literature", "of which found", "seconds"), rows)
+
+
+def _between(low: float, high: float) -> str:
+    """A range, or the one number that it is."""
+    return f"{low:.0f}" if round(low) == round(high) else f"{low:.0f}–{high:.0f}"
