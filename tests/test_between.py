@@ -32,7 +32,8 @@ oscillator = Model("oscillator", (t, u, t_prev), (m, c, k), (F_s, x, v, y), (y_m
 """
 
 
-@pytest.mark.parametrize("straight", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("straight", [False, True])
+@pytest.mark.slow
 def test_inputs_between_samples_are_no_physics(straight: bool, tmp_path: Path) -> None:
     """A resonance at 60 Hz, driven at 14 samples a cycle; far stiffer than the model's defaults."""
     rng, rate, count = np.random.default_rng(3), 840.0, 1500

@@ -41,7 +41,8 @@ def recorded(F: np.ndarray, G: np.ndarray) -> Verdict:
     return diagnose(case(F, G), two())
 
 
-@pytest.mark.parametrize("output", [pytest.param("F", marks=pytest.mark.slow), "G"])
+@pytest.mark.parametrize("output", ["F", "G"])
+@pytest.mark.slow
 def test_a_line_is_of_the_output_that_has_it(output: str) -> None:
     hum = {"F": 0.0 * T, "G": 0.0 * T, output: 0.05 * np.sin(2 * np.pi * 11.3 * T)}
     verdict = recorded(2 * Z + hum["F"], 3 * Z + hum["G"])

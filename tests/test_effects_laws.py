@@ -713,6 +713,7 @@ def test_friction_by_direction() -> None:
     assert np.allclose(F, np.where(same > 0, 0.7, 1.3) * same)
 
 
+@pytest.mark.slow
 def test_friction_that_grows_with_speed() -> None:
     """By a times ln(1 + v/v_a) in slip; its slope after a reversal grows as well or stays."""
     t, base = np.linspace(0, 4, 40001), {"h_D": 0.4, "rho": 40.0, "r_0": -1.0}

@@ -62,6 +62,7 @@ def _tables(folder: Path, more: Any, rho: float = 0.0) -> Verdict:
     return diagnose(case, found)
 
 
+@pytest.mark.slow
 def test_frequency_and_amplitude_that_act_together_are_no_colour_of_the_noise(tmp_path: Path) -> None:
     v = _tables(tmp_path, lambda f, A: 6e-3 * np.log(f) * np.log(A / 0.46))
     assert [e.id for e in v.effects] == ["unknown_mechanical"]

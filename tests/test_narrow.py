@@ -23,6 +23,7 @@ SHARE, MASS = 0.3, 0.013
 """Of the moving mass, that is a rod with waves in it; and all of it [kg]."""
 
 
+@pytest.mark.slow
 def test_a_narrow_resonance_that_a_law_explains_is_no_outlier(tmp_path: Path) -> None:
     """A rod with a free end, whose mass m tan(kl)/kl cancels the rest of the mass at one sample."""
     f = np.geomspace(20, 20e3, 401)

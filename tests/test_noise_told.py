@@ -61,6 +61,7 @@ def rubbed(seed: int = 5) -> Any:
     return np.column_stack([SWING, z, force])
 
 
+@pytest.mark.slow
 def test_samples_that_the_laws_explain_are_no_outliers(tmp_path: Path) -> None:
     """At reversals the base's misfit stands alone."""
     t, rng = np.linspace(0, 4, 1000), np.random.default_rng(0)
@@ -74,7 +75,10 @@ def test_samples_that_the_laws_explain_are_no_outliers(tmp_path: Path) -> None:
     assert not any("outlier" in note for note in verdict.notes)
 
 
-@pytest.mark.parametrize(("stated", "says"), [(0.05, "2 times the noise that is stated"), (0.1, "")])
+@pytest.mark.parametrize(
+    ("stated", "says"),
+    [(0.05, "2 times the noise that is stated"), pytest.param(0.1, "", marks=pytest.mark.slow)],
+)
 def test_a_noise_that_is_another_than_stated_is_said(tmp_path: Path, stated: float, says: str) -> None:
     noise = f"[noise]\nF_m = {stated}"
     model, case = opened(tmp_path, "kelvin_voigt", "t [s],z [mm],F_m [N]", rubbed(), noise)

@@ -149,6 +149,7 @@ def test_rounding_is_seen_on_a_grid_only() -> None:
     assert rounding(np.round(x / 0.3) * 0.3) == pytest.approx(0.3 / np.sqrt(12))
 
 
+@pytest.mark.slow
 def test_a_held_out_sweep_is_missed_by_as_much_as_was_foreseen(tmp_path: Path) -> None:
     """Beyond the band and with another mass, what is uncertain of the parameters counts more than noise:
     χ²/N of the hold-out is on average what the verdicts had foreseen."""
@@ -201,6 +202,7 @@ def flicker(rng: np.random.Generator, n: int) -> np.ndarray:
     return np.asarray((x - x.mean()) / x.std())
 
 
+@pytest.mark.slow
 def test_noise_of_another_level_in_each_band_hides_nothing(tmp_path: Path) -> None:
     """Louder about the mains, too, partly 1/f, rounded: resonances of no catalogue would describe it,
     and a little more loss gains the evidence of a claim."""

@@ -117,7 +117,7 @@ def test_a_burst_of_glitches_is_marked(tmp_path: Path, first: int, count: int, b
     assert any(f"{count} outliers in 'sweep' are marked" in n for n in v.notes)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.slow) for n in (1, 2))])
 def test_a_noisy_end_of_a_band_is_noise(tmp_path: Path, seed: int) -> None:
     f = np.geomspace(10, 3000, 300)
     r = np.random.default_rng(seed).standard_normal((2, f.size))
@@ -227,7 +227,8 @@ def test_gross_errors_that_the_missing_physics_hides_are_found_once_it_is_known(
     assert [n for n in verdict.notes if "outlier" in n] == ["1 outlier in '1' is marked and weighs nothing"]
 
 
-@pytest.mark.parametrize("mains", [pytest.param(50.0, marks=pytest.mark.slow), 60.0])
+@pytest.mark.parametrize("mains", [50.0, 60.0])
+@pytest.mark.slow
 def test_hum_with_harmonics_is_heard_where_it_is_far_louder_than_noise(tmp_path: Path, mains: float) -> None:
     """Its harmonics stand out of the spectrum more than it does, once the slope of that is taken out; and all
     of it looks like noise of some colour."""

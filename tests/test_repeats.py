@@ -34,7 +34,13 @@ def repeated(folder: Path, R: tuple[float, ...], K: tuple[float, ...]) -> Verdic
 @pytest.mark.parametrize(
     ("R", "K", "port"),
     [
-        pytest.param((1.0, 1.01, 1.013, 1.02), (1.0, 1.0, 1.0, 1.0), "electrical", id="the coil warms up"),
+        pytest.param(
+            (1.0, 1.01, 1.013, 1.02),
+            (1.0, 1.0, 1.0, 1.0),
+            "electrical",
+            id="the coil warms up",
+            marks=pytest.mark.slow,
+        ),
         pytest.param((1.0, 1.0, 1.0), (1.0, 0.97, 0.96), "mechanical", id="the suspension yields"),
     ],
 )

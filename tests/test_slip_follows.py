@@ -22,7 +22,12 @@ def _force(z: np.ndarray, v: np.ndarray, level: np.ndarray, stiff: bool = False)
 @pytest.mark.parametrize(
     ("id", "stiff", "level"),
     [
-        ("rate_dependent_friction", False, lambda v: 1 + 0.06 * np.arcsinh(np.abs(v) / 0.4)),
+        pytest.param(
+            "rate_dependent_friction",
+            False,
+            lambda v: 1 + 0.06 * np.arcsinh(np.abs(v) / 0.4),
+            marks=pytest.mark.slow,
+        ),
         ("stribeck_friction", False, lambda v: 1 + 0.3 * np.exp(-np.abs(v) / 2.0)),
         ("asymmetric_friction", True, lambda v: 1 + 0.15 * np.sign(v)),
     ],

@@ -78,6 +78,7 @@ def test_slow_noise_is_no_drift(tmp_path: Path, seed: int) -> None:
     assert judged(tmp_path, seed, 1.0, 0.0).adequate
 
 
+@pytest.mark.slow
 def test_a_drift_far_above_slow_noise_is_one(tmp_path: Path) -> None:
     v = judged(tmp_path, 1, 1.0, 0.2)
     assert [e.id for e in v.effects] == ["offset_drift"]

@@ -52,6 +52,7 @@ def test_a_crystal_whose_coupling_is_late_by_an_angle(tmp_path: Path, angle: flo
         assert found.adequate and not found.effects
 
 
+@pytest.mark.slow
 def test_a_tube_in_the_gap_screens_the_flux(tmp_path: Path) -> None:
     """The flux of a coil within a conducting tube, thin beside its skin and leaky: half of it links the tube,
     whose current is induced by it."""

@@ -38,6 +38,7 @@ def test_a_power_and_an_initial_value() -> None:
     assert ours == pytest.approx(build(dahl("steady"))(**motion, **same), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_one_fit_finds_base_and_change() -> None:
     model = varying(modified_dahl, ("k_D", "h_D"), M)
     f, rng, t = build(model), np.random.default_rng(0), np.arange(0, 3, 0.01)
