@@ -57,8 +57,8 @@ def motion_error(
 ) -> MotionError | None:
     """Errors of the displacement that recording k of `ex` rests on, through the model at θ; None without."""
     s, model = ex.series[k], ex.model
-    moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), None)
-    if moved is None:
+    moved = model.moved
+    if not moved:
         return None
     motion = model.derived_from(moved)
     from modelgen.recordings.kinematics import kinematics
@@ -178,7 +178,7 @@ def allowing(s: Series, error: MotionError | None) -> Series:
 
 def with_motion(ex: Experiment, case: Case, recordings: Sequence[Recording], theta: Array) -> Experiment:
     """`ex` with errors of the motion, as at θ, in the noise of its recordings; `ex` where they are slight."""
-    if not any(i.derived and i.derived[0] == "rate" for i in ex.model.inputs):
+    if not ex.model.moved:
         return ex
     found = []
     for k, (s, r) in enumerate(zip(ex.series, recordings, strict=True)):

@@ -75,7 +75,7 @@ def _moved(
 ) -> dict[str, Array]:
     """Inputs of a series whose displacement and turns err by e, tips (n,), in standard deviations."""
     z, v, a = error.std * smoothing(error.window, e)
-    moved = next(i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate")
+    moved = model.moved
     motion = model.derived_from(moved)
     before = np.concatenate([z[:1], z[:-1]])
     turned = before.copy()

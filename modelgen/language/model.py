@@ -171,6 +171,11 @@ class Model:
         return {i.derived[0]: i.name for i in self.inputs if i.derived and i.derived[1] == name}
 
     @property
+    def moved(self) -> str:
+        """The input whose rate the model knows, which is the motion; "" where none is."""
+        return next((i.derived[1] for i in self.inputs if i.derived and i.derived[0] == "rate"), "")
+
+    @property
     def is_time_model(self) -> bool:
         """True when samples must be taken in order: the model has states, or an input that looks back."""
         return bool(self.states) or any(i.derived for i in self.inputs)

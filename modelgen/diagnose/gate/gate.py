@@ -186,7 +186,7 @@ def _gross(setting: Setting, plain: Sequence[Array], stated: bool, scatter: floa
     limit = GROSS_ESTIMATED * min(1.0, scatter)
     if rms <= limit or all(first_order(e, len(plain)) for e in plain):
         return False
-    return not (setting.model.is_time_model and ignores_motion(setting.model, setting.series, plain))
+    return not ignores_motion(setting.model, setting.series, plain)
 
 
 def modelled(setting: Setting, outcome: Outcome, gate: Gate) -> Gate:

@@ -35,7 +35,7 @@ def in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
     fit = plain.look(fit.hypothesis, fit.theta)
     tangent = Tangent.of(*plain.tangent(fit))
     e = fit.hypothesis.experiment
-    moved = next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), "")
+    moved = model.moved
     alone = line(model, fit, effective(fit.white))
     if not moved:
         tried = [

@@ -31,7 +31,7 @@ doesn't move."""
 def following(model: Model, series: Sequence[Series], white: Sequence[Array]) -> list[Array] | None:
     """The parts of whitened residuals `white` (channels, n) of each record that functions of its motion
     explain; None where no motion is recorded, or a record is too short for so many functions."""
-    name = _moved(model)
+    name = model.moved
     if not name:
         return None
     z = functions.scaled([s.inputs[name] for s in series])
@@ -80,17 +80,11 @@ def _shares(model: Model, series: Sequence[Series], white: Sequence[Array]) -> A
 
 def _played(model: Model, s: Series, speed: float) -> Series:
     """A record with its motion played at another speed, and back from its end on where that is reached."""
-    moved = _moved(model)
-    rate = model.derived_from(moved)["rate"]
+    moved, rate = model.moved, model.derived_from(model.moved)["rate"]
     t = s.inputs[model.axis] - s.inputs[model.axis][0]
     at, way = np.where(speed * t > t[-1], 2 * t[-1] - speed * t, speed * t), np.sign(t[-1] - speed * t)
     z, v = np.interp(at, t, s.inputs[moved]), way * np.interp(at, t, s.inputs[rate])
     return replace(s, inputs={**s.inputs, moved: z, rate: v})
-
-
-def _moved(model: Model) -> str:
-    """The input whose rate the model knows, which is the motion; "" where none is recorded."""
-    return next((i.derived[1] for i in model.inputs if i.derived and i.derived[0] == "rate"), "")
 
 
 def _columns(z: Array, v: Array, t: Array) -> Iterator[Array]:

@@ -229,7 +229,7 @@ def gross(s: Setting, white: Sequence[Array]) -> bool:
         limit = GROSS_STATED * beyond(rough) if told else GROSS_ESTIMATED
         large = used.size and float(np.sqrt(np.mean(used**2))) > limit
         if large and (told or not first_order(e, len(white))):
-            return told or not (s.model.is_time_model and ignores_motion(s.model, s.series, white))
+            return told or not ignores_motion(s.model, s.series, white)
     return False
 
 

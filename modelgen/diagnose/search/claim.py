@@ -114,7 +114,7 @@ def _everywhere(old: Fit, new: Fit, alarm: float) -> bool:
     if beyond_scatter(old) < FAR:
         return False
     was, left = plain_white(old), plain_white(new)
-    parts = zip(_halves(was), _halves(left), strict=True)
+    parts = zip(_parts(was, 2), _parts(left, 2), strict=True)
     if any(np.sum(b**2) > (1 - TAKEN) * np.sum(a**2) for a, b in parts):
         return False
     count = effective(was) / correlation_length(was)
@@ -132,19 +132,16 @@ def _in_all_motions(s: Setting, old: Fit, new: Fit) -> bool:
     if was is None or left is None:
         return False
     pieces = 2 * max(1, -(-PARTS // (2 * len(was))))
-    before, after = (
-        np.array([np.sum(part**2) for e in x for part in np.array_split(e, pieces, axis=1)])
-        for x in (was, left)
-    )
+    before, after = (np.array([np.sum(e**2) for e in _parts(x, pieces)]) for x in (was, left))
     heavy = before > np.mean(before) / 2
     if int(heavy.sum()) < PARTS or after.sum() > (1 - FOLLOWED) * before.sum():
         return False
     return bool(np.all(after[heavy] <= (1 - EACH) * before[heavy]))
 
 
-def _halves(white: Sequence[Array]) -> list[Array]:
-    """Residuals of the first and the last half of each recording."""
-    return [part for e in white for part in np.array_split(e, 2, axis=1)]
+def _parts(white: Sequence[Array], pieces: int) -> list[Array]:
+    """Residuals of each recording in so many pieces, one after another."""
+    return [part for e in white for part in np.array_split(e, pieces, axis=1)]
 
 
 def _to_noise(old: Fit, new: Fit) -> bool:
