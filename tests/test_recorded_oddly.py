@@ -15,7 +15,7 @@ from interpreter import Reading
 from modelgen.api import read_case
 from modelgen.diagnose import diagnose
 from modelgen.diagnose.gate.describe import levelling
-from modelgen.diagnose.gate.line import _filled
+from modelgen.diagnose.gate.spectrum import filled
 from modelgen.diagnose.gate.mirrored import opposed
 from modelgen.diagnose.ground import prepare
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
@@ -330,5 +330,5 @@ def test_a_record_in_bursts_is_not_filled_between_them() -> None:
     """An hour at steps of a millisecond would be millions of samples."""
     burst = np.arange(200) / 1000
     t = np.concatenate([burst, burst + 3600.0, burst + 7200.0])
-    assert len(_filled(t, np.sin(t))) == 600
-    assert len(_filled(np.delete(t[:200], slice(50, 80)), np.ones(170))) == 200
+    assert len(filled(t, np.sin(t))) == 600
+    assert len(filled(np.delete(t[:200], slice(50, 80)), np.ones(170))) == 200

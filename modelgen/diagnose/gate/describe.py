@@ -14,7 +14,7 @@ import numpy as np
 
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.addition import Addition
-from modelgen.diagnose.hypotheses.functions import LEVEL, LINE, WAVE
+from modelgen.diagnose.hypotheses.functions import LEVEL, LINE, ORDERS, PUMP, WAVE
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
@@ -63,7 +63,10 @@ def described(setting: Setting, outcome: Outcome, left: Leftover) -> Fit | None:
     if left.terms[0] == LEVEL:
         begin = [{"bend": 1 / abs(left.terms[1]), "n": n} for n in BENDS]
     starts = [{f"{a.id}_{n}": x for n, x in values.items()} for values in begin]
-    places = [h.place(base.hypothesis, base.theta, values) for values in starts]
+    # the base is bent to what is missing, and less where the best hypothesis stands for it
+    unbent = outcome.best.hypothesis.values_of(outcome.best.theta, base.hypothesis)
+    thetas = [base.theta, unbent] if outcome.best.hypothesis.added else [base.theta]
+    places = [h.place(base.hypothesis, theta, values) for theta in thetas for values in starts]
     white = replace(outcome.judge, whiteners=tuple(replace(w, ar=None) for w in outcome.judge.whiteners))
     for judge in (outcome.judge, white):  # the colour of what is left may have taken it for noise
         fit = judge.fit(h, places)
@@ -81,6 +84,8 @@ def _effect(setting: Setting, left: Leftover, port: Port) -> Effect | None:
         return wave(id, port, which)
     if name == LINE:
         return humming(id, port, which)
+    if name == PUMP:
+        return pumped(id, port, which, *side)
     if name == LEVEL:
         return levelling(id, port, which, *side) if which * side[0] > 0 else None
     return powers(id, port, POWERS[name]) if name in POWERS else None
@@ -102,26 +107,41 @@ def wave(id: str, port: Port, kappa: float, harmonics: int = 2) -> Effect:
     return Effect(id, (port.kind,), says, SOURCE, strengths, add(terms), (shape,), ("z",))
 
 
-ORDERS = 3
-"""Harmonics that a line over time is described by."""
-
-
 def humming(id: str, port: Port, f: float) -> Effect:
     """Σ a_k cos 2πkft + b_k sin 2πkft, of other amplitudes in each recording."""
-    orders = range(1, ORDERS + 1)
-    strengths = tuple(
-        Strength(f"{n}_{k}", "{port}", bounds=ANY, text="amplitude") for k in orders for n in "ab"
-    )
+    strengths, shape, wave = _periodic(f, ORDERS, "{port}")
+    says = "a wave in time and its harmonics describe what is left"
+    kinds = (port.kind,)
+    return Effect(id, kinds, says, SOURCE, strengths, add(wave), (shape,), ("t",), each=True, first=True)
+
+
+def pumped(id: str, port: Port, f: float, by: str, orders: int) -> Effect:
+    """The same times displacement or speed, or the force F that is there: what changes so is a stiffness, a
+    dashpot, or a gain."""
+    size, needs = ("1", ("t",)) if by == "F" else (f"{{port}}/{{{by}}}", ("t", by))
+    strengths, shape, wave = _periodic(f, orders, size)
+
+    def grown(F: Any, at: Port, p: Any) -> Any:
+        return F + (F if by == "F" else at[by]) * wave(at, p)
+
+    says, kinds = "what changes with waves in time describes what is left", (port.kind,)
+    return Effect(id, kinds, says, SOURCE, strengths, change(grown), (shape,), needs, each=True, first=True)
+
+
+Wave = Callable[[Port, Any], Any]
+
+
+def _periodic(f: float, orders: int, unit: str) -> tuple[tuple[Strength, ...], Shape, Wave]:
+    """Amplitudes of a wave in time and its harmonics, in a `unit`; its frequency; and the wave."""
+    names = [(n, k) for k in range(1, orders + 1) for n in "ab"]
+    strengths = tuple(Strength(f"{n}_{k}", unit, bounds=ANY, text="amplitude") for n, k in names)
     shape = Shape("f", "1/s", "1", f / 1.01, 1.01 * f, text="its frequency")
 
-    def terms(at: Port, p: Any) -> Any:
-        turns = ((k, 2 * pi * k * p["f"] * at["t"]) for k in orders)
+    def wave(at: Port, p: Any) -> Any:
+        turns = ((k, 2 * pi * k * p["f"] * at["t"]) for k in range(1, orders + 1))
         return sum(p[f"a_{k}"] * cos(x) + p[f"b_{k}"] * sin(x) for k, x in turns)
 
-    says = "a wave in time and its harmonics describe what is left"
-    return Effect(
-        id, (port.kind,), says, SOURCE, strengths, add(terms), (shape,), ("t",), each=True, first=True
-    )
+    return strengths, shape, wave
 
 
 BENDS = (3.0, 10.0, 60.0, 400.0)

@@ -10,10 +10,9 @@ import numpy as np
 
 from modelgen.diagnose.gate.describe import described
 from modelgen.diagnose.gate.generic import leftover
+from modelgen.diagnose.gate.imitated import gained, imitating
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import gained_beside
-from modelgen.diagnose.gate.meter import distorted
-from modelgen.diagnose.gate.narrow import narrow
 from modelgen.diagnose.gate.not_stated import not_stated
 from modelgen.diagnose.gate.notes import beside_note, far_notes, level_note, noise_words
 from modelgen.diagnose.gate.rivals import LEFT, as_leftover, nearer, outdone
@@ -26,7 +25,7 @@ from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, 
 from modelgen.diagnose.noise.follows import ignores_motion
 from modelgen.diagnose.noise.noise import FITS, first_order, fitful, scatter
 from modelgen.diagnose.noise.recolour import CONTENDERS, GROSS_ESTIMATED, beyond
-from modelgen.diagnose.search.claim import CREDIBLE, own_gain
+from modelgen.diagnose.search.claim import CREDIBLE
 from modelgen.fit.series import Array
 
 REST = 0.1
@@ -45,9 +44,9 @@ NAMELESS = 0.15
 """Probability of the likeliest of them below which it is no name."""
 SOME, MUCH = 0.3, 0.95
 """The same, over time and in sweeps, where no description of the whole is better than they are."""
-BETTER = 0.9
-"""A description without a catalogue is taken before named effects that gain less than this share of its
-evidence."""
+TWICE = 2.0
+"""Far from the recordings, terms that describe what named effects leave take their place, if on their own
+they leave less than a half as much, in rms."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +94,7 @@ def judge_adequacy(
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
     farther = bool(best.ids) and after > FARTHER * before  # a smooth error speaks for them
     unknown = farther or (
-        _unexplained(outcome, left, gross, explained)
+        _unexplained(setting, outcome, left, gross, explained)
         and not _better_named(setting, outcome, sensitivities, explained, floor)
     )
     allowed = stated and bool(best.ids) and _smooth(setting, outcome) and not unknown
@@ -110,7 +109,7 @@ def judge_adequacy(
         unknown, left = True, whole
         floor = min(floor, quiet) if setting.model.is_time_model else floor
     rival = None if whole is not None else outdone(setting, outcome)
-    other, notes = (None, ()) if unknown else _imitating(setting, outcome, sensitivities, oddity)
+    other, notes = (None, ()) if unknown else imitating(setting, outcome, sensitivities, oddity)
     other = oddity if oddity is not None and not best.hypothesis.added else other
     more = None if unknown or other is not None or rival is not None else not_stated(setting, outcome)
     if other is not None or more is not None:
@@ -132,15 +131,6 @@ def judge_adequacy(
     scale = float(np.sqrt(floor))
     notes += level_note(scale) if stated and not far else ()
     return Gate(unknown, left, probability, floor, scale, words, notes, fit, tied, beside)
-
-
-def _imitating(
-    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], oddity: Leftover | None
-) -> tuple[Leftover | None, tuple[str, ...]]:
-    """What named effects imitate, if anything; else what is said of outliers that have a common cause."""
-    other = _imitated(setting, outcome, sensitivities) or narrow(outcome)
-    told = oddity is not None and bool(outcome.best.hypothesis.added) and other is None
-    return other, (oddity.says,) if told and oddity is not None else ()
 
 
 def _probability(left: Leftover, structured: bool, may_be_noise: bool, lead: float | None) -> float:
@@ -227,10 +217,12 @@ def _smooth(setting: Setting, outcome: Outcome) -> bool:
     return any(w.root is not None and s.whitener.root is None for s, w in pairs)
 
 
-def _unexplained(outcome: Outcome, left: Leftover, gross: bool, explained: float) -> bool:
+def _unexplained(
+    setting: Setting, outcome: Outcome, left: Leftover, gross: bool, explained: float
+) -> bool:  # fmt: skip
     """Whether what is left after the best hypothesis is physics that it doesn't name."""
     if outcome.judge.temper > 1.0:
-        return not outcome.best.hypothesis.added or explained < PART
+        return not outcome.best.hypothesis.added or explained < PART or nearer(setting, outcome, left, TWICE)
     if left.line and outcome.best.hypothesis.added:  # no other account of what the effects are named for
         beside = gained_beside(outcome.judge, outcome.base, outcome.best, left.line)
         return beside < ALARM * len(outcome.best.ids)
@@ -263,24 +255,7 @@ def _better_named(
         terms = None
     unlisted = best_unlisted(outcome)
     modelled = max((outcome.base.bic - f.bic for f in (terms, unlisted) if f is not None), default=0.0)
-    return _gained(setting, outcome, outcome.best) > max(whole.gain, modelled) - CLOSE
-
-
-def _imitated(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array]) -> Leftover | None:
-    """What no catalogue holds but fits sweeps better than the named effects do, and by far."""
-    if setting.model.is_time_model or outcome.judge.temper > 1.0 or not outcome.best.hypothesis.added:
-        return None
-    whole = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
-    rival = max(whole, distorted(outcome.judge, outcome.base), key=lambda x: x.gain)
-    gained = _gained(setting, outcome, outcome.best)
-    return rival if rival.gain > gained + LEFT and gained < BETTER * rival.gain else None
-
-
-def _gained(setting: Setting, outcome: Outcome, f: Fit) -> float:
-    """What a fit gains on the base, as a description of sweeps would: of tables, each with its own noise."""
-    if all(s.measure == "real" for s in setting.series):
-        return own_gain(setting, outcome.judge, outcome.base, f)
-    return outcome.base.bic - f.bic
+    return gained(setting, outcome, outcome.best) > max(whole.gain, modelled) - CLOSE
 
 
 def _gained_by_refused(setting: Setting, outcome: Outcome) -> float:
@@ -288,7 +263,7 @@ def _gained_by_refused(setting: Setting, outcome: Outcome) -> float:
     if any(s.measure != "real" for s in setting.series):
         return outcome.base.bic - refused(outcome)
     singles = sorted((f for f in outcome.tried if len(f.ids) == 1), key=lambda f: f.bic)[:CONTENDERS]
-    return max((_gained(setting, outcome, f) for f in singles), default=0.0)
+    return max((gained(setting, outcome, f) for f in singles), default=0.0)
 
 
 def _floor(after: float, scatter: float, count: int, stated: bool, far: bool) -> float:

@@ -9,6 +9,7 @@ from dataclasses import replace
 from modelgen.diagnose.gate.in_frequency import in_frequency
 from modelgen.diagnose.gate.in_time import in_time
 from modelgen.diagnose.gate.leftover import Leftover
+from modelgen.diagnose.gate.meter import misread
 from modelgen.diagnose.gate.tables import together
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, enough
 from modelgen.diagnose.search.screen import Tangent
@@ -31,7 +32,8 @@ def descriptions(model: Model, judge: Judge, fit: Fit, sensitivities: Mapping[st
         return in_time(model, judge, fit) if enough(fit) else []
     if all(s.measure == "real" for s in fit.hypothesis.experiment.series):
         return [together(judge, fit)]
-    return in_frequency(judge, fit, Tangent.of(*judge.tangent(fit)), sensitivities)
+    terms = in_frequency(judge, fit, Tangent.of(*judge.tangent(fit)), sensitivities)
+    return [*terms, misread(judge, fit)]
 
 
 def likeliest(model: Model, found: Sequence[Leftover]) -> Leftover:

@@ -8,11 +8,11 @@ import numpy as np
 
 from modelgen.diagnose.gate.channels import port_at, shown
 from modelgen.diagnose.gate.leftover import Leftover
+from modelgen.diagnose.gate.spectrum import filled, highest, standing_out, step
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.functions import LINE
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.noise.noise import scatter
-from modelgen.fit.colour import flattened
 from modelgen.fit.series import Array
 from modelgen.language import Model
 
@@ -25,11 +25,11 @@ def _follows(model: Model, fit: Fit, grid: Array, width: float) -> Array:
     near = np.zeros(len(grid), dtype=bool)
     for s, name in ((s, name) for s in fit.hypothesis.experiment.series for name in sorted(moved)):
         t, z = s.inputs[model.axis], s.inputs[name]
-        even = _filled(t, z - z.mean())
+        even = filled(t, z - z.mean())
         power = np.abs(np.fft.rfft(even * np.hanning(len(even)))) ** 2
         if not power.max() > 0:  # a free decay: nothing drives it
             continue
-        f = np.arange(len(power)) / _step(t) / len(even)
+        f = np.arange(len(power)) / step(t) / len(even)
         strong = f[power > 1e-3 * power.max()]
         for order in range(1, 10):
             near |= (
@@ -92,13 +92,13 @@ def line(model: Model, fit: Fit, n: int) -> Leftover:
         return none
     series = [(t, x) for _, t, x in named]
     span = max(float(t[-1] - t[0]) for t, _ in series)
-    top = max(_highest(t) for t, _ in series)
+    top = max(highest(t) for t, _ in series)
     grid = np.arange(4.0 / span, 0.98 * top, 0.5 / span)
     if not len(grid):
         return none
-    each = np.stack([_standing_out(t, x, grid) for t, x in series])
+    each = np.stack([standing_out(t, x, grid) for t, x in series])
     each[:, _follows(model, fit, grid, 1.0 / span)] = 0.0
-    common = grid < 0.98 * min(_highest(t) for t, _ in series)
+    common = grid < 0.98 * min(highest(t) for t, _ in series)
     total = each.sum(axis=0) * common
     k = int(np.argmax(total))
     looked = 2 * float(np.log(len(grid)))
@@ -133,48 +133,6 @@ def _apart(names: Sequence[str], f: Sequence[float], gains: Array, port: str) ->
     says = f"{lines} at {', '.join(where)}, not following the motion"
     gain, strongest = float(np.sum(gains[gains > 0])), f[int(np.argmax(gains))]
     return Leftover(gain, gain, port, says, (LINE, strongest), line=strongest)
-
-
-GAP = 1.5
-"""Times the usual step from sample to sample beyond which some between them are missing."""
-SPARSE = 2.0
-"""Times as many samples that a record without gaps would have, beyond which it was made in bursts, or at
-steps that grow: no sampling that some samples are missing of."""
-
-
-def _step(t: Array) -> float:
-    """The time from sample to sample where none is missing, or the mean one where none is usual."""
-    steps = np.diff(t)
-    usual, mean = float(np.median(steps)), float(t[-1] - t[0]) / (len(t) - 1)
-    return usual if steps.max() > GAP * usual and mean < SPARSE * usual else mean
-
-
-def _filled(t: Array, x: Array) -> Array:
-    """Samples x of no mean as they follow each other at even steps, 0 where some are missing."""
-    at = np.rint((t - t[0]) / _step(t)).astype(int)
-    even = np.zeros(at[-1] + 1)
-    even[at] = x
-    return even
-
-
-def _highest(t: Array) -> float:
-    """Half the sampling frequency."""
-    return 0.5 / _step(t)
-
-
-REACH = 120
-"""Bins on either side of a line that tell how strong the spectrum is around it."""
-
-
-def _standing_out(t: Array, x: Array, grid: Array) -> Array:
-    """Power of the residual x at the frequencies of `grid` over that around them; 0 where it has none."""
-    even = _filled(t, x - x.mean())
-    size = 4 * len(even)
-    power = np.abs(np.fft.rfft(flattened(even), size)) ** 2
-    around = np.lib.stride_tricks.sliding_window_view(np.pad(power, REACH, mode="reflect"), 2 * REACH + 1)
-    ratio = power / np.maximum(np.median(around[::8], axis=1).repeat(8)[: len(power)] / np.log(2), 1e-300)
-    step = 2 * _highest(t) / size
-    return np.asarray(np.interp(grid, np.arange(len(power)) * step, ratio, right=0.0))
 
 
 def gained_beside(judge: Judge, base: Fit, best: Fit, f: float) -> float:

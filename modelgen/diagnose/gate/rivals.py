@@ -42,11 +42,11 @@ def _as_far(outcome: Outcome, rival: Fit) -> bool:
     return named and outcome.best.chi2 < WRONG**2 * rival.chi2
 
 
-def nearer(setting: Setting, outcome: Outcome, left: Leftover) -> bool:
-    """Whether terms that describe what the best hypothesis leaves are far nearer to the recordings than it
-    is."""
+def nearer(setting: Setting, outcome: Outcome, left: Leftover, times: float = WRONG) -> bool:
+    """Whether terms that describe what the best hypothesis leaves are on their own so many times nearer to
+    the recordings than it is."""
     terms = described(setting, outcome, left)
-    return terms is not None and WRONG**2 * terms.chi2 < outcome.best.chi2
+    return terms is not None and times**2 * terms.chi2 < outcome.best.chi2
 
 
 def by_odd_noise(setting: Setting, outcome: Outcome) -> bool:

@@ -31,6 +31,11 @@ WAVE = "wave"
 
 LINE = "line"
 """A wave in time, by its frequency [Hz]."""
+PUMP = "pump"
+"""What changes with waves in time: the lowest frequency [Hz], what the change is in proportion to, and how
+many."""
+ORDERS = 3
+"""Harmonics that either is described by."""
 LEVEL = "level"
 """A distortion of a channel, by where it begins."""
 LEVELS = (0.3, 0.5, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995)

@@ -1,0 +1,59 @@
+"""What named effects imitate: what no catalogue holds, and is a far better account of the recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from modelgen.diagnose.gate.generic import leftover
+from modelgen.diagnose.gate.in_time import sudden
+from modelgen.diagnose.gate.leftover import Leftover
+from modelgen.diagnose.gate.meter import distorted, misread
+from modelgen.diagnose.gate.narrow import narrow
+from modelgen.diagnose.gate.rivals import LEFT
+from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.diagnose.hypotheses.setting import Outcome, Setting
+from modelgen.diagnose.search.claim import own_gain
+from modelgen.fit.series import Array
+
+BETTER = 0.9
+"""A description without a catalogue is taken before named effects that gain less than this share of its
+evidence."""
+
+
+def imitating(
+    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], oddity: Leftover | None
+) -> tuple[Leftover | None, tuple[str, ...]]:
+    """What named effects imitate, if anything; else what is said of outliers that have a common cause."""
+    other = _imitated(setting, outcome, sensitivities) or narrow(outcome)
+    told = oddity is not None and bool(outcome.best.hypothesis.added) and other is None
+    return other, (oddity.says,) if told and oddity is not None else ()
+
+
+def _imitated(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array]) -> Leftover | None:
+    """What no catalogue holds but fits sweeps better than the named effects do, and by far; or over time what
+    is pumped or jumps."""
+    if outcome.judge.temper > 1.0 or not outcome.best.hypothesis.added:
+        return None
+    if setting.model.is_time_model:
+        found = sudden(setting.model, outcome.judge, outcome.base)
+        best = max(found, key=lambda x: x.gain, default=None)
+        if best is None or best.gain < LEFT:
+            return None
+        return _ahead([(best, own_gain(setting, outcome.judge, outcome.base, outcome.best))])
+    whole = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
+    rival = max(whole, distorted(outcome.judge, outcome.base), key=lambda x: x.gain)
+    own = own_gain(setting, outcome.judge, outcome.base, outcome.best)
+    read = misread(outcome.judge, outcome.base)
+    return _ahead([(rival, gained(setting, outcome, outcome.best)), (read, own)])
+
+
+def _ahead(pairs: Sequence[tuple[Leftover, float]]) -> Leftover | None:
+    """The first description that gains far more than named effects do beside it."""
+    return next((x for x, named in pairs if named < min(x.gain - LEFT, BETTER * x.gain)), None)
+
+
+def gained(setting: Setting, outcome: Outcome, f: Fit) -> float:
+    """What a fit gains on the base, as a description of sweeps would: of tables, each with its own noise."""
+    if all(s.measure == "real" for s in setting.series):
+        return own_gain(setting, outcome.judge, outcome.base, f)
+    return outcome.base.bic - f.bic
