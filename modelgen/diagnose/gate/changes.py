@@ -137,19 +137,37 @@ def _jump(axis: tuple[str, str], fit: Fit, plain: Judge, tangent: Tangent, at: O
     """The best jump at one moment of one recording, of the force or of what is in proportion to `by`, there
     or in all that follow, too: a clamp slips, a sensor is knocked, something cracks. axis: its name and
     unit."""
-    series, blocks, moments = fit.hypothesis.experiment.series, [], []
+    series = fit.hypothesis.experiment.series
     what = CHANGING[by].replace("a ", "the ", 1) if by else "the force"
-    x = [np.asarray(getattr(at, by)[k]) if by else np.ones(s.n) for k, s in enumerate(series)]
-    for k, s in enumerate(series):
-        t = s.inputs[axis[0]]
-        starts = np.linspace(0, s.n, MOMENTS + 2)[1:-1].astype(int)
-        own = at.columns(fit, plain, k, (np.arange(s.n) >= starts[:, None]) * x[k])
-        later = sum(
-            (at.columns(fit, plain, i, x[i][None]) for i in range(k + 1, len(series))), start=0.0 * own
-        )
-        says = [f"a jump of {what} at {t[m]:.4g} {axis[1]} in {s.name}" for m in starts]
-        blocks += [own, own + later]
-        moments += [*says, *(f"{words}, which stays" for words in says)]
-    like = Leftover(0.0, 0.0, at.port, "", (JUMP,))
-    best = best_of(tangent, np.concatenate(blocks, axis=1), plain.prior, fit.white, like)
-    return replace(best, left=replace(best.left, says=moments[best.left.terms[1]]))
+
+    def best(moments: Sequence[tuple[int, int]]) -> tuple[Tried, int, int, bool]:
+        """The best of moments, each a sample of a record, and whether it stays."""
+        tried = [(k, i, stays) for stays in (False, True) for k, i in moments]
+        at_of = {k: [i for j, i in moments if j == k] for k, _ in moments}
+        columns = [_step(fit, plain, at, by, k, starts) for k, starts in at_of.items()]
+        both = [np.concatenate(x, axis=1) for x in zip(*columns, strict=True)]
+        like = Leftover(0.0, 0.0, at.port, "", (JUMP,))
+        found = best_of(tangent, np.concatenate(both, axis=1), plain.prior, fit.white, like)
+        return found, *tried[found.left.terms[1]]
+
+    grid = [np.linspace(0, s.n, MOMENTS + 2)[1:-1].astype(int) for s in series]
+    _, k, i, _ = best([(k, int(i)) for k, moments in enumerate(grid) for i in moments])
+    wide = series[k].n // (MOMENTS + 1) + 1
+    near = np.unique(np.linspace(max(i - wide, 1), min(i + wide, series[k].n - 1), MOMENTS).astype(int))
+    found, k, i, stays = best([(k, int(x)) for x in near])
+    looked = 2 * float(np.log(len(series) * MOMENTS))
+    says = f"a jump of {what} at {series[k].inputs[axis[0]][i]:.4g} {axis[1]} in {series[k].name}"
+    left = replace(found.left, gain=found.left.gain - looked, says=says + (", which stays" if stays else ""))
+    return replace(found, left=left, price=found.price + looked)
+
+
+def _step(
+    fit: Fit, plain: Judge, at: Output, by: str, k: int, moments: Sequence[int]
+) -> tuple[Array, Array]:  # fmt: skip
+    """Columns (N, moments) of what is 1, or in proportion to `by`, from each of the moments on in record k:
+    in this alone, and in all later ones, too."""
+    series = fit.hypothesis.experiment.series
+    x = [np.asarray(getattr(at, by)[i]) if by else np.ones(s.n) for i, s in enumerate(series)]
+    own = at.columns(fit, plain, k, (np.arange(series[k].n) >= np.array(moments, dtype=int)[:, None]) * x[k])
+    later = sum((at.columns(fit, plain, i, x[i][None]) for i in range(k + 1, len(x))), start=0.0 * own)
+    return own, own + later

@@ -109,6 +109,8 @@ def judge_adequacy(
         unknown, left = True, whole
         floor = min(floor, quiet) if setting.model.is_time_model else floor
     rival = None if whole is not None else outdone(setting, outcome)
+    if rival is not None and unknown and left.gain > rival[1] + LEFT:  # and it is described better
+        rival = None
     other, notes = (None, ()) if unknown else imitating(setting, outcome, sensitivities, oddity)
     other = oddity if oddity is not None and not best.hypothesis.added else other
     more = None if unknown or other is not None or rival is not None else not_stated(setting, outcome)

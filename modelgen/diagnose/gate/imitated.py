@@ -35,11 +35,7 @@ def _imitated(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Ar
     if outcome.judge.temper > 1.0 or not outcome.best.hypothesis.added:
         return None
     if setting.model.is_time_model:
-        found = sudden(setting.model, outcome.judge, outcome.base)
-        best = max(found, key=lambda x: x.gain, default=None)
-        if best is None or best.gain < LEFT:
-            return None
-        return _ahead([(best, own_gain(setting, outcome.judge, outcome.base, outcome.best))])
+        return _ahead([sudden(setting.model, outcome.judge, outcome.base, outcome.best)])
     whole = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
     rival = max(whole, distorted(outcome.judge, outcome.base), key=lambda x: x.gain)
     own = own_gain(setting, outcome.judge, outcome.base, outcome.best)

@@ -71,14 +71,17 @@ def in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
     return [alone, *_checked(tried, plain, fit.white, alone.gain)]
 
 
-def sudden(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
-    """What is pumped at a frequency of its own, or jumps: no law of the motion does. None where no motion is
-    recorded."""
-    if not model.moved or not enough(fit):
-        return []
-    plain, fit, tangent = _as_it_is(judge, fit)
+def sudden(model: Model, judge: Judge, base: Fit, named: Fit) -> tuple[Leftover, float]:
+    """What gains most on the base of all that is pumped at a frequency of its own, or jumps, as no law of the
+    motion does; and what `named` effects gain, by the same measure. Nothing where no motion is recorded."""
+    if not model.moved or not enough(base):
+        return Leftover(0.0, 0.0, "", ""), 0.0
+    plain, fit, tangent = _as_it_is(judge, base)
     tried = [x for x in _changes(model, fit, plain, tangent) if x.left.terms[-1] != WAVES]
-    return _checked(tried, plain, fit.white, 0.0)
+    best = max(_checked(tried, plain, fit.white, 0.0), key=lambda x: x.gain)
+    before = noise_of(plain, fit.white, COLOUR_TIME)
+    gain = _coloured_gain(plain, before, fit.white, plain.look(named.hypothesis, named.theta).white)
+    return best, gain - (named.parameters - base.parameters) * float(np.log(effective(fit.white)))
 
 
 def _as_it_is(judge: Judge, fit: Fit) -> tuple[Judge, Fit, Tangent]:

@@ -8,6 +8,7 @@ recordings and whatever the frequency: no law of any port does.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,14 +16,15 @@ from modelgen.diagnose.gate.gains import CHECKED, gain_of, noise_of, parted
 from modelgen.diagnose.gate.in_frequency import whitened
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.evidence import effective
-from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, refine
 from modelgen.diagnose.hypotheses.setting import COLOUR_SWEEP
+from modelgen.diagnose.noise.smooth_error import smooth_error
 from modelgen.diagnose.search.screen import Tangent
 from modelgen.fit.series import Array, Series
 
 POWERS = (1, 2, 4, 8, 16)
 """Powers of |Z| over the greatest: Z (1 + Σ a_p |Z|^p)."""
-RANGES = 30
+RANGES = 100
 """Moduli at which a meter's range may change."""
 SAYS = "a distortion of the meter: Z is off by a factor that depends on its modulus alone"
 SWITCHED = "a range of the meter that is switched: where |Z| is above {0:.3g} {1}, Z is off by a factor"
@@ -31,23 +33,58 @@ KEPT = "a meter that does not settle: each reading keeps a part of the one befor
 
 def distorted(judge: Judge, base: Fit) -> Leftover:
     """What real factors that depend on |Z| gain beside the base, at first order; 0 where there are none."""
-    return _best(judge, base, _smooth(base.hypothesis.experiment.series))
+    series = base.hypothesis.experiment.series
+    if any(s.measure != "complex" for s in series):
+        return NONE
+    columns = whitened(judge, series, np.concatenate(list(_smooth(series))))
+    gain, chi2, _ = gain_of(Tangent.of(*judge.tangent(base)), columns, effective(base.white))
+    return Leftover(gain, chi2, _port(base), SAYS)
 
 
 def misread(judge: Judge, base: Fit) -> Leftover:
     """The same of what no smooth error of an instrument is: a range that is switched at one modulus, and
-    readings that keep a part of the one before."""
+    readings that keep a part of the one before. Each with coloured noise of its own, or a smooth error."""
     series = base.hypothesis.experiment.series
-    return _best(judge, base, (x for make in (_switched, _kept) for x in make(series)))
+    if any(s.measure != "complex" for s in series):
+        return NONE
+    plain = Judge(tuple(replace(s.whitener, ar=None) for s in series), judge.prior)
+    base = plain.look(base.hypothesis, base.theta) if judge.smooth is None else refine(plain, [base])[0]
+    tangent, n = Tangent.of(*plain.tangent(base)), effective(base.white)
+    found = []
+    for says, among, parts in [*_switched(series), *_kept(series)]:
+        columns = whitened(plain, series, np.concatenate(parts))
+        price = 2 * float(np.log(among))
+        gain, chi2, left = gain_of(tangent, columns, n, price)
+        found.append((gain, chi2, says, left, price + columns.shape[1] * float(np.log(n)), parts))
+    gain, chi2, says, left, price, parts = max(found, key=lambda x: x[0])
+    if gain > CHECKED:
+        before = noise_of(plain, base.white, COLOUR_SWEEP)[0]
+        after = noise_of(plain, parted(left, base.white), COLOUR_SWEEP)[0]
+        gain = min(gain, before - after - price, _beside_smooth(plain, base, parts) - price)
+    return Leftover(gain, chi2, _port(base), says)
 
 
+def _beside_smooth(plain: Judge, base: Fit, parts: Sequence[Array]) -> float:
+    """By how much −2 ln of the likelihood falls with amounts of changes (n, k) of each sweep, where either
+    side may have a smooth error of the instrument."""
+    changes = [np.stack([x.T.real, x.T.imag]) for x in parts]
+    (alone, process, _), (white, beside, _) = smooth_error(plain, base), smooth_error(plain, base, changes)
+    return (alone - process) - (white - beside)
+
+
+def _port(base: Fit) -> str:
+    ports = {p.name for p in base.hypothesis.experiment.model.ports}
+    return "electrical" if "electrical" in ports else min(ports, default="model")
+
+
+NONE = Leftover(0.0, 0.0, "", "")
 Columns = tuple[str, int, list[Array]]
 """Words, among how many alike it was chosen, and for each sweep complex changes (n, k) of its readings."""
 
 
-def _smooth(series: Sequence[Series]) -> Iterator[Columns]:
+def _smooth(series: Sequence[Series]) -> Iterator[Array]:
     top = max(float(s.size.max()) for s in series)
-    yield SAYS, 1, [s.reference[:, None] * (s.size[:, None] / top) ** np.array(POWERS) for s in series]
+    return (s.reference[:, None] * (s.size[:, None] / top) ** np.array(POWERS) for s in series)
 
 
 def _switched(series: Sequence[Series]) -> Iterator[Columns]:
@@ -65,26 +102,3 @@ def _kept(series: Sequence[Series]) -> Iterator[Columns]:
         beside = np.stack([np.append(Z[:1], Z[:-1]) - Z, np.append(Z[1:], Z[-1:]) - Z], axis=1)
         parts.append(np.pad(beside, ((0, 0), (2 * k, 2 * (len(series) - 1 - k)))))
     yield KEPT, 1, parts
-
-
-def _best(judge: Judge, base: Fit, tried: Iterator[Columns]) -> Leftover:
-    """What gains most of all that is tried, each with coloured noise of its own."""
-    e = base.hypothesis.experiment
-    series, ports = e.series, {p.name for p in e.model.ports}
-    none = Leftover(0.0, 0.0, "", "")
-    if any(s.measure != "complex" for s in series):
-        return none
-    port = "electrical" if "electrical" in ports else min(ports, default="model")
-    tangent, n = Tangent.of(*judge.tangent(base)), effective(base.white)
-    found = []
-    for says, among, parts in tried:
-        columns = whitened(judge, series, np.concatenate(parts))
-        price = 2 * float(np.log(among))
-        gain, chi2, left = gain_of(tangent, columns, n, price)
-        found.append((gain, chi2, says, left, price + columns.shape[1] * float(np.log(n))))
-    gain, chi2, says, left, price = max(found, key=lambda x: x[0])
-    if gain > CHECKED:
-        before = noise_of(judge, base.white, COLOUR_SWEEP)[0]
-        after = noise_of(judge, parted(left, base.white), COLOUR_SWEEP)[0]
-        gain = min(gain, before - after - price)
-    return Leftover(gain, chi2, port, says)

@@ -29,10 +29,11 @@ SURE = 20.0
 """ΔBIC that the process must gain to be taken into the noise: for one sweep 25 are tried, for several 50."""
 
 
-def smooth_error(judge: Judge, fit: Fit) -> tuple[float, float, Smooth | None]:
+def smooth_error(judge: Judge, fit: Fit, beside: Sequence[Array] = ()) -> tuple[float, float, Smooth | None]:
     """(BIC with white noise, what the best process gains, that process) of sweeps; none where one is stated.
 
-    White or not, the fit's parameters follow at first order. Errors of many times the noise are rare.
+    White or not, the fit's parameters follow at first order, as do amounts of the changes `beside` it
+    (channels, k, n) of each sweep, of which there are none. Errors of many times the noise are rare.
     """
     e = fit.hypothesis.experiment
     plain = tuple(
@@ -40,6 +41,9 @@ def smooth_error(judge: Judge, fit: Fit) -> tuple[float, float, Smooth | None]:
         for s, w in zip(e.series, judge.whiteners, strict=True)
     )
     r, J = e.linearised(fit.theta, plain)
+    if beside:
+        white_of = (w.apply(x).transpose(0, 2, 1) for w, x in zip(plain, beside, strict=True))
+        J = np.column_stack([J, np.concatenate([x.reshape(-1, x.shape[2]) for x in white_of])])
     channels = [len(s.data) for s in e.series]
     over = quietness(e.series, plain)
     size = np.concatenate(
