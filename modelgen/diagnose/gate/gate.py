@@ -111,7 +111,7 @@ def judge_adequacy(
     rival = None if whole is not None else outdone(setting, outcome)
     if rival is not None and unknown and left.gain > rival[1] + LEFT:  # and it is described better
         rival = None
-    other, notes = (None, ()) if unknown else imitating(setting, outcome, sensitivities, oddity)
+    other, notes = (None, ()) if unknown else imitating(setting, outcome, sensitivities, left, oddity)
     other = oddity if oddity is not None and not best.hypothesis.added else other
     more = None if unknown or other is not None or rival is not None else not_stated(setting, outcome)
     if other is not None or more is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from modelgen.diagnose.gate.describe import described
 from modelgen.diagnose.gate.generic import leftover
 from modelgen.diagnose.gate.in_time import sudden
 from modelgen.diagnose.gate.leftover import Leftover
@@ -21,15 +22,21 @@ evidence."""
 
 
 def imitating(
-    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], oddity: Leftover | None
+    setting: Setting,
+    outcome: Outcome,
+    sensitivities: Mapping[str, Array],
+    left: Leftover,
+    oddity: Leftover | None,
 ) -> tuple[Leftover | None, tuple[str, ...]]:
     """What named effects imitate, if anything; else what is said of outliers that have a common cause."""
-    other = _imitated(setting, outcome, sensitivities) or narrow(outcome)
+    other = _imitated(setting, outcome, sensitivities, left) or narrow(outcome)
     told = oddity is not None and bool(outcome.best.hypothesis.added) and other is None
     return other, (oddity.says,) if told and oddity is not None else ()
 
 
-def _imitated(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array]) -> Leftover | None:
+def _imitated(
+    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], left: Leftover
+) -> Leftover | None:
     """What no catalogue holds but fits sweeps better than the named effects do, and by far; or over time what
     is pumped or jumps."""
     if outcome.judge.temper > 1.0 or not outcome.best.hypothesis.added:
@@ -40,12 +47,22 @@ def _imitated(setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Ar
     rival = max(whole, distorted(outcome.judge, outcome.base), key=lambda x: x.gain)
     own = own_gain(setting, outcome.judge, outcome.base, outcome.best)
     read = misread(outcome.judge, outcome.base)
-    return _ahead([(rival, gained(setting, outcome, outcome.best)), (read, own)])
+    found = _ahead([(rival, gained(setting, outcome, outcome.best)), (read, own)])
+    return whole if found is None and _outdescribed(setting, outcome, left, whole) else found
+
+
+def _outdescribed(setting: Setting, outcome: Outcome, left: Leftover, whole: Leftover) -> bool:
+    """Whether named effects leave what is no noise, and terms that describe the `whole` without them are,
+    fitted and with the price of all their numbers, ahead."""
+    if left.gain < LEFT:
+        return False
+    terms = described(setting, outcome, whole)
+    return terms is not None and outcome.best.bic - terms.bic > LEFT
 
 
 def _ahead(pairs: Sequence[tuple[Leftover, float]]) -> Leftover | None:
     """The first description that gains far more than named effects do beside it."""
-    return next((x for x, named in pairs if named < min(x.gain - LEFT, BETTER * x.gain)), None)
+    return next((x for x, named in pairs if max(named, 0.0) < min(x.gain - LEFT, BETTER * x.gain)), None)
 
 
 def gained(setting: Setting, outcome: Outcome, f: Fit) -> float:
