@@ -33,6 +33,9 @@ REST = 0.1
 quite. With more it is another thing that they imitate."""
 EXPLAINED = 0.85
 """Share of the misfit that named effects must explain to be named although far more than noise is left."""
+BEYOND = 100.0
+"""ΔBIC of effects that are named beside noise which is smooth along a sweep, if nothing describes what they
+leave."""
 PART = 0.6
 """The same where even the best hypothesis stays far from the data: real records hold many effects, none
 exactly. In records of several simulators names that explained less were wrong, those that explained more
@@ -229,7 +232,11 @@ def _unexplained(
         beside = gained_beside(outcome.judge, outcome.base, outcome.best, left.line)
         return beside < ALARM * len(outcome.best.ids)
     gained = outcome.base.bic - outcome.best.bic
-    return (left.gain > LEFT and left.gain > REST * gained) or (gross and explained < EXPLAINED)
+    if left.gain > LEFT and left.gain > REST * gained:
+        return True
+    # of a noise that nobody stated, and that is alike along the sweep, neighbours tell no level
+    alike = not setting.model.is_time_model and not any(s.stated for s in setting.series) and left.gain <= 0
+    return gross and explained < EXPLAINED and not (alike and gained > BEYOND)
 
 
 def reach(before: float, after: float, floor: float) -> float:
