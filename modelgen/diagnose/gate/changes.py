@@ -34,10 +34,9 @@ MOMENTS = 60
 
 @dataclass(frozen=True, eq=False)
 class Output:
-    """An output whose port is `port`, and for each record its channel, displacement z, speed v and modelled
-    force F, in units of their size."""
+    """An output, by its port, and for each record its channel, displacement z, speed v and modelled force F,
+    in units of their size."""
 
-    name: str
     port: str
     channels: tuple[int, ...]
     z: Sequence[Array]
@@ -51,10 +50,9 @@ class Output:
         at = tuple(channel_of(model, s, name) for s in e.series)
         z = scaled([s.inputs[model.moved] for s in e.series])
         v = scaled_speed([s.inputs[model.derived_from(model.moved)["rate"]] for s in e.series])
-        F = scaled(
-            [(e.raw(fit.theta, k) + s.data)[c] for k, (s, c) in enumerate(zip(e.series, at, strict=True))]
-        )
-        return cls(name, port, at, z, v, F)
+        modelled = [e.raw(fit.theta, k) + s.data for k, s in enumerate(e.series)]
+        F = scaled([x[c] for x, c in zip(modelled, at, strict=True)])
+        return cls(port, at, z, v, F)
 
     def columns(self, fit: Fit, plain: Judge, k: int, terms: Array) -> Array:
         """Whitened columns (N, m) of `terms` (m, n) of the record k, nothing in the others."""
@@ -138,36 +136,33 @@ def _jump(axis: tuple[str, str], fit: Fit, plain: Judge, tangent: Tangent, at: O
     or in all that follow, too: a clamp slips, a sensor is knocked, something cracks. axis: its name and
     unit."""
     series = fit.hypothesis.experiment.series
-    what = CHANGING[by].replace("a ", "the ", 1) if by else "the force"
+    like = Leftover(0.0, 0.0, at.port, "", (JUMP,))
 
-    def best(moments: Sequence[tuple[int, int]]) -> tuple[Tried, int, int, bool]:
-        """The best of moments, each a sample of a record, and whether it stays."""
-        tried = [(k, i, stays) for stays in (False, True) for k, i in moments]
-        at_of = {k: [i for j, i in moments if j == k] for k, _ in moments}
-        columns = [_step(fit, plain, at, by, k, starts) for k, starts in at_of.items()]
-        both = [np.concatenate(x, axis=1) for x in zip(*columns, strict=True)]
-        like = Leftover(0.0, 0.0, at.port, "", (JUMP,))
-        found = best_of(tangent, np.concatenate(both, axis=1), plain.prior, fit.white, like)
-        return found, *tried[found.left.terms[1]]
+    def best(k: int, moments: Array, stays: bool) -> tuple[Tried, int, int, bool]:
+        columns = _steps(fit, plain, at, by, k, moments, stays)
+        found = best_of(tangent, columns, plain.prior, fit.white, like)
+        return found, k, int(moments[found.left.terms[1]]), stays
 
-    grid = [np.linspace(0, s.n, MOMENTS + 2)[1:-1].astype(int) for s in series]
-    _, k, i, _ = best([(k, int(i)) for k, moments in enumerate(grid) for i in moments])
+    last = len(series) - 1
+    places = [(k, stays) for k in range(len(series)) for stays in ((False, True) if k < last else (False,))]
+    grids = [np.linspace(0, s.n, MOMENTS + 2)[1:-1].astype(int) for s in series]
+    _, k, i, stays = max((best(k, grids[k], stays) for k, stays in places), key=lambda x: x[0].left.gain)
     wide = series[k].n // (MOMENTS + 1) + 1
-    near = np.unique(np.linspace(max(i - wide, 1), min(i + wide, series[k].n - 1), MOMENTS).astype(int))
-    found, k, i, stays = best([(k, int(x)) for x in near])
-    looked = 2 * float(np.log(len(series) * MOMENTS))
+    near = np.linspace(max(i - wide, 1), min(i + wide, series[k].n - 1), MOMENTS).astype(int)
+    found, k, i, stays = best(k, np.unique(near), stays)
+    looked = 2 * float(np.log(len(places) * MOMENTS))
+    what = CHANGING[by].replace("a ", "the ", 1) if by else "the force"
     says = f"a jump of {what} at {series[k].inputs[axis[0]][i]:.4g} {axis[1]} in {series[k].name}"
     left = replace(found.left, gain=found.left.gain - looked, says=says + (", which stays" if stays else ""))
     return replace(found, left=left, price=found.price + looked)
 
 
-def _step(
-    fit: Fit, plain: Judge, at: Output, by: str, k: int, moments: Sequence[int]
-) -> tuple[Array, Array]:  # fmt: skip
-    """Columns (N, moments) of what is 1, or in proportion to `by`, from each of the moments on in record k:
-    in this alone, and in all later ones, too."""
+def _steps(fit: Fit, plain: Judge, at: Output, by: str, k: int, moments: Array, stays: bool) -> Array:
+    """Columns (N, moments) of what is 1, or in proportion to `by`, from each of the moments on in record k,
+    and in all later ones if it `stays`."""
     series = fit.hypothesis.experiment.series
     x = [np.asarray(getattr(at, by)[i]) if by else np.ones(s.n) for i, s in enumerate(series)]
-    own = at.columns(fit, plain, k, (np.arange(series[k].n) >= np.array(moments, dtype=int)[:, None]) * x[k])
-    later = sum((at.columns(fit, plain, i, x[i][None]) for i in range(k + 1, len(x))), start=0.0 * own)
-    return own, own + later
+    columns = at.columns(fit, plain, k, (np.arange(series[k].n) >= moments[:, None]) * x[k])
+    for i in range(k + 1, len(x) if stays else 0):
+        columns += at.columns(fit, plain, i, x[i][None])
+    return columns
