@@ -26,6 +26,8 @@ PERIODS = 4.0
 LINE = 30.0
 """Times the spectrum around it that a product of displacement and speed has where what follows the motion
 would change at a frequency, too."""
+FINER = 12
+"""Steps on either side in which a frequency is tuned."""
 WAVES = 6
 """Of what changes more slowly."""
 MOMENTS = 60
@@ -89,17 +91,17 @@ def _pumped(axis: str, fit: Fit, plain: Judge, tangent: Tangent, at: Output, by:
     if not len(grid):
         return None
     looked = 2 * float(np.log(len(grid) * len(CHANGING)))
-    each = [
-        standing_out(t, fit.white[k][at.channels[k]] * getattr(at, by)[k], grid)
-        for k, t in zip(long, times, strict=True)
+    products = [
+        (t, fit.white[k][at.channels[k]] * getattr(at, by)[k]) for k, t in zip(long, times, strict=True)
     ]
+    each = [standing_out(t, x, grid) for t, x in products]
     if 2 * float(np.max(np.sum(each, axis=0))) < looked:
         return None
     for shown, k, t in zip(each, long, times, strict=True):
         x = getattr(at, by)[k]
         shown[np.any([standing_out(t, x * y, grid) > LINE for y in _motions(at, k)], axis=0)] = 0.0
     total = np.sum(each, axis=0)
-    f = float(grid[int(np.argmax(total))])
+    f = _tuned(products, float(grid[int(np.argmax(total))]), 0.5 / span)
     columns = []
     for k, t in zip(long, times, strict=True):
         turns, x = 2 * np.pi * f * t, getattr(at, by)[k]
@@ -109,6 +111,15 @@ def _pumped(axis: str, fit: Fit, plain: Judge, tangent: Tangent, at: Output, by:
     found = best_of(tangent, np.concatenate(columns, axis=1), plain.prior, fit.white, like)
     left = replace(found.left, gain=found.left.gain - looked, terms=(PUMP, f, by, ORDERS))
     return replace(found, left=left, price=found.price + looked)
+
+
+def _tuned(products: Sequence[tuple[Array, Array]], f: float, width: float) -> float:
+    """The frequency within `width` of f at which products (time, x) have most power together."""
+    near = f + width * np.linspace(-1, 1, 2 * FINER + 1)
+    power = [
+        np.abs(np.exp(-2j * np.pi * np.outer(near, t)) @ x) ** 2 / max(x @ x, 1e-300) for t, x in products
+    ]
+    return float(near[int(np.argmax(np.sum(power, axis=0)))])
 
 
 def _wandering(axis: str, fit: Fit, plain: Judge, tangent: Tangent, at: Output, by: str) -> Tried:
