@@ -15,8 +15,8 @@ from interpreter import Reading
 from modelgen.api import read_case
 from modelgen.diagnose import diagnose
 from modelgen.diagnose.gate.describe import levelling
-from modelgen.diagnose.gate.spectrum import filled
 from modelgen.diagnose.gate.mirrored import opposed
+from modelgen.diagnose.gate.spectrum import filled
 from modelgen.diagnose.ground import prepare
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
 from modelgen.diagnose.hypotheses.refit import base_starts

@@ -122,9 +122,10 @@ def _strangers(good: Sequence[Row]) -> str:
         return ""
     return (
         f" Of {old.n + new.n} laws that no catalogue holds, {old.n} are of kinds that were in mind when the "
-        f"diagnosis was written, and {old.hits} of these were called unknown; {new.n} are of kinds that "
-        f"nobody had in mind, and {new.hits} of these. {tied} got a listed name that predicts the held-out "
-        "recording as well as the true law does; they count as misses all the same."
+        f"diagnosis was written, or looked at since, and {old.hits} of these were called unknown; "
+        f"{new.n} are of kinds that nobody had in mind, and {new.hits} of these. {tied} got a listed "
+        "name that predicts the held-out recording as well as the true law does; they count as misses all "
+        "the same."
     )
 
 

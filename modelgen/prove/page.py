@@ -44,7 +44,7 @@ KIND_WORDS = {
     "single": "one effect",
     "variant": "one effect, another law",
     "pair": "two effects",
-    "novel": "in no catalogue, kinds in mind when the diagnosis was written",
+    "novel": "in no catalogue, kinds in mind, or looked at since",
     "unforeseen": "in no catalogue, kinds that nobody had in mind",
 }
 

@@ -113,7 +113,7 @@ def has_depth(row: Row) -> bool:
 
 
 def in_mind(row: Row) -> bool:
-    """Whether physics that no catalogue holds is of the kinds that the diagnosis was written with."""
+    """Whether physics that no catalogue holds is of the kinds in mind, or looked at since."""
     return set(row["effects"]) <= set(FORESEEN)
 
 
@@ -163,7 +163,7 @@ GOALS = (
     Goal("both", "both families of a pair named", lambda r: r.get("both"), low=0.88),
     Goal("both, told", "both families of a pair named, where the verdict says that the data tell both",
          lambda r: r["both"] if r.get("both") is not None and tells_all(r) else None, low=0.88),
-    Goal("unknown", "physics that no catalogue holds, of kinds in mind when the diagnosis was written: "
+    Goal("unknown", "physics that no catalogue holds, of kinds in mind, or looked at since: "
          "called unknown", of_kinds("unknown", True), low=0.90),
     Goal("misnamed", "… given a wrong name", of_kinds("misnamed", True), high=0.03),
     Goal("unknown, new", "physics that no catalogue holds, of kinds that nobody had in mind: called unknown",

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 
-from . import friction, memory, unforeseen
+from . import friction, memory, once_unforeseen, unforeseen
 from .drive import Array, Motion
 from .further import entries
 from .solve import NOTHING, Refit, Responses, Strength
@@ -89,7 +89,8 @@ class ForceScene:
         b = self.base
         k = b["k_D"] * softening(p, e, self.reach)
         F = k * p.x + b["c_D"] * p.v + b["F_0"] + b["h_D"] * self._friction(p, e)
-        return F + self._elastic(p, e) + self._viscous(p, e) + self._material(p, e)
+        F = F + self._elastic(p, e) + self._viscous(p, e) + self._material(p, e)
+        return F + self._scale() * unforeseen.force(p.x / self.reach, p.v / self.speed, p.dt, e)
 
     def _friction(self, p: Path, e: Strength) -> Array:
         """Friction over h_D."""
@@ -205,7 +206,7 @@ def softening(p: Path, e: Strength, reach: float) -> Array:
         k *= 1 - s["size"] * -np.expm1(-worn)
     if s := e.get("temperature_drift"):
         k *= 1 - s["size"] * -np.expm1(-np.clip(p.t, 0, None) / s["tau"])
-    return k * unforeseen.stiffness(p.t, e)
+    return k * once_unforeseen.stiffness(p.t, e)
 
 
 def channel(t: Array, dt: float, F: Array, e: Strength, scale: float) -> Array:
@@ -218,7 +219,7 @@ def channel(t: Array, dt: float, F: Array, e: Strength, scale: float) -> Array:
         F = CubicSpline(t, F)(np.maximum(t - s["size"], t[0]))
     if s := e.get("novel:clipped_sensor"):
         F = np.minimum(F, (1 - s["size"]) * F.max())
-    F = F * unforeseen.gain(t, e)
+    F = unforeseen.detected(t, F * once_unforeseen.gain(t, e), e)
     if s := e.get("novel:mains_hum"):
         F = F + s["size"] * scale * sum(
             np.sin(2 * np.pi * 50 * n * t + n * s["phase"]) * s["fall"] ** (n - 1) for n in (1, 2, 3)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from . import unforeseen
+from . import novel
 
 Rng = np.random.Generator
 
@@ -38,7 +38,7 @@ SIZES: dict[str, tuple[float, float]] = {
     "novel:position_periodic": (0.003, 0.3),
     "novel:mains_hum": (0.002, 0.3),
     "novel:clipped_sensor": (0.02, 0.6),
-    **unforeseen.FORCE,
+    **novel.FORCE,
 }
 
 VARIANTS: dict[str, str] = {
@@ -159,8 +159,8 @@ def draw_form(
     rng: Rng, effect: str, law: str, base: dict[str, float], setup: dict[str, Any]
 ) -> dict[str, Any]:
     """One effect's parameters; "at" is relative to the largest displacement or speed, in Hz for a mode."""
-    if effect in unforeseen.FORCE:
-        return unforeseen.draw_form(rng, effect, SIZES[effect][0])
+    if effect in novel.KINDS:
+        return novel.draw_form(rng, effect, SIZES[effect][0])
     form: dict[str, Any] = {"size": SIZES[effect][0], "law": law}
     side = float(rng.choice([-1.0, 1.0]))
     draws: dict[str, dict[str, Any]] = {

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import jv
 
 from . import elements as el
-from . import unforeseen
+from . import once_unforeseen, unforeseen
 from .elements import Array, Complex
 from .impedance import (
     Scale,
@@ -43,11 +43,14 @@ class GmmScene(Sweeps):
         self.flux = [flux(f / base["f_c"]) for f in self.f]
 
     def _sweep(self, p: Base, i: int, strength: Strength) -> Complex:
-        f = self.f[i]
-        order = in_order(len(f), self.sweeps[0]["n"])
-        return impedance(
-            2 * np.pi * f, {**p, **self.sweeps[i]["known"]}, strength, self.scale, order, self.flux[i]
-        )
+        known, set_to = self.sweeps[i]["known"], 2 * np.pi * self.f[i]
+        order = in_order(len(set_to), self.sweeps[0]["n"])
+
+        def read(w: Array) -> Complex:
+            chi = self.flux[i] if w is set_to else flux(w / (2 * np.pi * self.base["f_c"]))
+            return impedance(w, {**p, **known}, strength, self.scale, order, chi)
+
+        return unforeseen.pulled(read, set_to, strength)
 
 
 def flux(ratio: Array) -> Complex:
@@ -81,7 +84,8 @@ def impedance(w: Array, p: Base, e: Strength, scale: Scale, order: Array, chi: C
         Z = Z + cable_trap(w, s, top, p["R_0"])
     if s := e.get("novel:mains_hum"):
         Z = Z + mains_hum(w, s, p["R_0"])
-    Z = unforeseen.at_terminals(Z, w, e, top, p["R_0"], order)
+    Z = once_unforeseen.at_terminals(Z, w, e, top, p["R_0"], order)
+    Z = unforeseen.at_terminals(Z, e, p["R_0"])
     if s := e.get("sensor_delay"):
         Z = Z * np.exp(-1j * w / top * s["size"])
     return np.asarray(Z)
@@ -129,6 +133,7 @@ def _load(w: Array, p: Base, e: Strength, scale: Scale) -> Complex:
     if s := e.get("novel:cavity_comb"):
         at = s["at"] * w0 * np.arange(1, 9)
         Z = Z + sum(s["size"] * 0.05 * M * w0 / (1 + 1j * s["q"] * (w / wk - wk / w)) for wk in at)
+    Z = Z + M * w0 * unforeseen.on_moving_side(w / w0, e)
     if s := e.get("contact_compliance"):  # right at the rod it would be a part of S: so behind the head mass
         head = s["share"] * M
         joint = (1 - s["share"]) * head * w0**2 / s["size"] * (1 + 0.01j)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from . import unforeseen
+from . import novel
 from .impedance_draw import draw_form as coil_form
 
 Rng = np.random.Generator
@@ -33,7 +33,7 @@ SIZES: dict[str, tuple[float, float]] = {
     "novel:cavity_comb": (0.01, 2.0),
     "novel:cable_trap": (0.02, 10.0),
     "novel:mains_hum": (0.01, 2.0),
-    **unforeseen.SWEEPS,
+    **novel.SWEEPS,
 }
 
 VARIANTS: dict[str, str] = {

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from . import elements as el
-from . import unforeseen
+from . import once_unforeseen, unforeseen
 from .elements import Array, Complex
 from .further import entries
 from .noise import sweep_whitener, white_sweep
@@ -72,13 +72,17 @@ class ImpedanceScene(Sweeps):
     def _sweep(self, p: Base, i: int, strength: Strength) -> Complex:
         known, f = self.sweeps[i]["known"], self.f[i]
         order = in_order(len(f), self.sweeps[0]["n"])
-        return impedance(2 * np.pi * f, {**p, **known}, strength, self.scale, order)
+
+        def read(w: Array) -> Complex:
+            return impedance(w, {**p, **known}, strength, self.scale, order)
+
+        return unforeseen.pulled(read, 2 * np.pi * f, strength)
 
 
 def in_order(n: int, first: int) -> Array:
     """Time of each of n samples since the start of its sweep, over the length of the first sweep. Every
     sample takes as long."""
-    return np.asarray(np.arange(n) / (first - 1))
+    return np.asarray(np.arange(n) / max(first - 1, 1))
 
 
 def frequencies(sweep: Mapping[str, Any]) -> Array:
@@ -98,7 +102,8 @@ def impedance(w: Array, p: Base, e: Strength, scale: Scale, order: Array) -> Com
         Z = Z + cable_trap(w, s, top, p["R_e"])
     if s := e.get("novel:mains_hum"):
         Z = Z + mains_hum(w, s, p["R_e"])
-    Z = unforeseen.at_terminals(Z, w, e, top, p["R_e"], order)
+    Z = once_unforeseen.at_terminals(Z, w, e, top, p["R_e"], order)
+    Z = unforeseen.at_terminals(Z, e, p["R_e"])
     if s := e.get("sensor_delay"):
         Z = Z * np.exp(-1j * w / top * s["size"])
     return Z
@@ -182,6 +187,7 @@ def _mechanical(w: Array, p: Base, e: Strength, scale: Scale) -> Complex:
             s["size"] * M * w0 / (1 + 1j * s["q"] * (w / wk - wk / w))
             for wk in s["at"] * w0 * np.arange(1, 9)
         )
+    Z = Z + M * w0 * unforeseen.on_moving_side(w / w0, e)
     if s := e.get("contact_compliance"):
         coil = s["share"] * M  # the coil's own mass, before the joint
         joint = (1 - s["share"]) * coil * w0**2 / s["size"] * (1 + 0.02j)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from . import unforeseen
+from . import novel
 
 Rng = np.random.Generator
 
@@ -35,7 +35,7 @@ SIZES: dict[str, tuple[float, float]] = {
     "novel:cavity_comb": (0.01, 2.0),
     "novel:cable_trap": (0.02, 5.0),
     "novel:mains_hum": (0.01, 1.0),
-    **unforeseen.SWEEPS,
+    **novel.SWEEPS,
 }
 
 VARIANTS: dict[str, str] = {
@@ -108,8 +108,8 @@ def draw_form(
     rng: Rng, effect: str, law: str, base: dict[str, float], setup: dict[str, Any]
 ) -> dict[str, Any]:
     """The parameters of one effect; "at" is a frequency over `top` (electrical) or over w0 (mechanical)."""
-    if effect in unforeseen.SWEEPS:
-        return unforeseen.draw_form(rng, effect, SIZES[effect][0])
+    if effect in novel.KINDS:
+        return novel.draw_form(rng, effect, SIZES[effect][0])
     f0 = float(np.sqrt(base["K_m"] / base["M_m"])) / (2 * np.pi)
     lo, hi = setup["sweeps"][0]["lo"] / f0, setup["sweeps"][0]["hi"] / f0
     form: dict[str, Any] = {"size": SIZES[effect][0], "law": law}

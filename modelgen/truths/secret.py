@@ -34,11 +34,19 @@ FORESEEN = (
     "novel:cable_trap",
     "novel:cavity_comb",
     "novel:clipped_sensor",
+    "novel:echo",
+    "novel:echoing_line",
+    "novel:ferroresonance",
+    "novel:loose_clamp",
     "novel:mains_hum",
     "novel:mount_modes",
+    "novel:phase_creep",
     "novel:position_periodic",
+    "novel:pumped_stiffness",
+    "novel:thermostat",
 )
-"""Physics of no catalogue that was in mind when the diagnosis was written: it has words for it."""
+"""Physics of no catalogue that was in mind when the diagnosis was written, or that has been looked at
+since: it has words for it."""
 
 # Which kind of place an effect acts at, in words that the name of a port may contain.
 PORTS: dict[str, tuple[str, ...]] = {

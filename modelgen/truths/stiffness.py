@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from . import elements as el
-from . import friction, unforeseen
+from . import friction, novel, unforeseen
 from .elements import Array, Complex
 from .force_draw import draw_form as force_form
 from .further import entries
@@ -44,7 +44,7 @@ SIZES: dict[str, tuple[float, float]] = {
     "contact_compliance": (0.01, 1.0),
     "second_mode": (0.01, 0.5),
     "novel:mount_modes": (0.01, 0.5),
-    **unforeseen.STIFFNESS,
+    **novel.STIFFNESS,
 }
 VARIANTS = {"stretched_exponential": "power_law_viscoelasticity"}
 
@@ -93,13 +93,15 @@ def steady_cycle(
     w: Array, p: Mapping[str, float], e: Strength, A: float, reach: float, first: int | None = None
 ) -> Array:
     """Force [N] over one cycle of z = -A cos θ, shape (n, POINTS), at ω [rad/s], shape (n,)."""
-    K = _linear(w, p, e, A, reach)[:, None]
+    when = in_order(len(w), first or len(w))
+    lost = p["k_D"] * unforeseen.broken(w * A / (W1 * reach), when, e)
+    K = (_linear(w, p, e, A, reach) - lost)[:, None]
     F = A * (K.imag * np.sin(THETA) - K.real * np.cos(THETA)) + _nonlinear(p, e, A, reach)
     if s := e.get("quadratic_damping"):
         v = w[:, None] * A * np.sin(THETA)
         F = F + p["c_D"] * s["size"] * v * np.abs(v) / (W1 * 10 * reach)
     if s := e.get("temperature_drift"):
-        F = F * (1 - s["size"] * -np.expm1(-in_order(len(w), first or len(w)) / s["tau"]))[:, None]
+        F = F * (1 - s["size"] * -np.expm1(-when / s["tau"]))[:, None]
     order = 1j * w[:, None] * np.arange(POINTS // 2 + 1)  # jω of each harmonic
     gain = np.ones_like(order)
     if s := e.get("force_sensor_lag"):
@@ -199,8 +201,8 @@ def draw_form(
     rng: Rng, effect: str, law: str, base: Mapping[str, float], setup: Mapping[str, Any]
 ) -> dict[str, Any]:
     """The parameters of one effect; "at" is relative to the largest amplitude, or in Hz for a mode."""
-    if effect in unforeseen.STIFFNESS:
-        return unforeseen.draw_form(rng, effect, SIZES[effect][0])
+    if effect in novel.KINDS:
+        return novel.draw_form(rng, effect, SIZES[effect][0])
     if effect == "novel:mount_modes":
         return {
             "size": SIZES[effect][0],

@@ -6,97 +6,124 @@ older kinds (`secret.FORESEEN`), so that the scores tell how often the unexpecte
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from scipy.signal import lfilter
 
 from .elements import Array, Complex
+from .once_unforeseen import Form, Sizes, Spans, within
 from .solve import Strength
-
-Form = Mapping[str, Any]
-Sizes = dict[str, tuple[float, float]]
 
 # effect -> (first size tried, largest plausible size)
 SWEEPS: Sizes = {
-    "novel:echoing_line": (0.01, 0.6),
-    "novel:ferroresonance": (0.05, 8.0),
-    "novel:phase_creep": (0.002, 0.5),
+    "novel:pulled_oscillator": (3e-4, 0.05),
+    "novel:log_ripple": (0.001, 0.2),
+    "novel:bead_chain": (0.003, 0.5),
 }
 FORCE: Sizes = {
-    "novel:pumped_stiffness": (0.005, 0.5),
-    "novel:loose_clamp": (0.005, 0.5),
-    "novel:thermostat": (0.003, 0.3),
+    "novel:snapping_dome": (0.005, 0.5),
+    "novel:knock": (0.005, 0.5),
+    "novel:leaky_detector": (2e-3, 0.3),  # in s
 }
-STIFFNESS: Sizes = {"novel:echo": (0.005, 0.5)}
+STIFFNESS: Sizes = {"novel:thixotropy": (0.01, 0.8)}
 
 
-def at_terminals(Z: Complex, w: Array, e: Strength, top: float, z: float, order: Array) -> Complex:
-    """An impedance [ohm] as the terminals show it; `z` [ohm] is the size of a series element, `order` the
-    time over the first sweep's length."""
-    if s := e.get("novel:echoing_line"):
-        Z = Z + z * echo(w / top, s)
-    if s := e.get("novel:ferroresonance"):
-        Z = Z + s["size"] * z * ferroresonance(w / (top * s["at"]), s)
-    if s := e.get("novel:phase_creep"):  # of the reference, with the logarithm of the time
-        creep = np.log1p(np.clip(order, 0, None) / s["tau"]) / np.log1p(1 / s["tau"])
-        Z = Z * np.exp(-1j * s["size"] * creep)
+def pulled(read: Callable[[Array], Complex], w: Array, e: Strength) -> Complex:
+    """What `read` gives at ω [rad/s], or where a feeble oscillator really is that was set there: the load
+    pulls it by `size` times the sine of its own phase."""
+    Z = read(w)
+    if s := e.get("novel:pulled_oscillator"):
+        Z = read(w * (1 + s["size"] * Z.imag / np.abs(Z)))
     return Z
 
 
-def echo(x: Array, s: Form) -> Complex:
-    """What a mismatched line in series adds over its own impedance: (1 + r)/(1 - r) - 1, where r is the wave
-    that comes back after `trips` periods of the highest frequency (x = 1)."""
-    back = s["size"] * np.exp(-2j * np.pi * s["trips"] * x)
-    return np.asarray(2 * back / (1 - back))
+def at_terminals(Z: Complex, e: Strength, z: float) -> Complex:
+    """An impedance [ohm] as a detector tells it whose logarithm is that of a chain of limiting stages: once a
+    stage, of `stage` in ln |Z|, it reads too much and too little. `z` [ohm] is where the first begins."""
+    if s := e.get("novel:log_ripple"):
+        stages = np.log(np.abs(Z) / z) / s["stage"]
+        Z = Z * np.exp(s["size"] * np.sin(2 * np.pi * stages + s["phase"]))
+    return Z
 
 
-def ferroresonance(x: Array, s: Form) -> Complex:
-    """A parallel resonance whose inductance saturates: 1/(1 + j(d - κu)), u = |·|², of the detuning d. Where
-    three u solve this the sweep stays on the branch that it came by, and jumps where that ends."""
-    detuning, u, found = s["q"] * (x - 1 / x), 0.0, []
-    for d in detuning:
-        roots = np.roots([s["bend"] ** 2, -2 * d * s["bend"], d**2 + 1, -1.0])
-        real = roots.real[np.abs(roots.imag) < 1e-6 * np.maximum(1.0, np.abs(roots))]
-        u = float(real[np.argmin(np.abs(real - u))])
-        found.append(u)
-    return np.asarray(1 / (1 + 1j * (detuning - s["bend"] * np.array(found))))
+def on_moving_side(x: Array, e: Strength) -> Complex:
+    """Mechanical impedance over M ω0 that is added at ω = x ω0."""
+    if s := e.get("novel:bead_chain"):
+        return np.asarray(s["size"] * chain(x / s["at"]))
+    return np.zeros(len(x), complex)
 
 
-def stiffness(t: Array, e: Strength) -> Array:
-    """Stiffness over its resting value at times t [s] of a record."""
-    k = np.ones(len(t))
-    if s := e.get("novel:pumped_stiffness"):  # by a machine near by, at a frequency of its own
-        k *= 1 + s["size"] * np.sin(2 * np.pi * s["pump"] * t + s["phase"])
-    if s := e.get("novel:loose_clamp"):  # it slips and catches again, at instants with no period
-        x = 2 * np.pi * t / s["tau"] + s["phase"]
-        k *= 1 - s["size"] * (np.sin(x) + np.sin(1.618 * x) + 0.6 * np.sin(2.718 * x) > 0.3)
-    return k
+def chain(x: Array) -> Complex:
+    """Impedance over √(k m) at the first of endlessly many beads m on springs k, x = ω/(2 √(k/m)): waves
+    carry power away up to x = 1, and none enters beyond."""
+    return np.asarray(1j * x + np.where(x < 1, 1, -1j) * np.sqrt(np.abs(1 - x**2)))
 
 
-def gain(t: Array, e: Strength) -> Array:
-    """Gain of a force sensor over its nominal one: a heater beside it goes on and off, of each period for a
-    share `duty`."""
-    if not (s := e.get("novel:thermostat")):
-        return np.ones(len(t))
-    slow, x = s["slow"], np.mod(t / s["period"] + s["phase"], 1.0)
-    hot = -np.expm1(-s["duty"] / slow) / -np.expm1(-1 / slow)
-    cold = hot * np.exp((s["duty"] - 1) / slow)
-    warming = 1 - (1 - cold) * np.exp(-x / slow)
-    cooling = hot * np.exp(-(x - s["duty"]) / slow)
-    return np.asarray(1 + s["size"] * np.where(x < s["duty"], warming, cooling))
+def force(x: Array, v: Array, dt: float, e: Strength) -> Array:
+    """Force over that of the spring at full reach, of the position over its reach and the velocity over its
+    largest, each `dt` [s]."""
+    F = np.zeros(len(x))
+    if s := e.get("novel:snapping_dome"):
+        F -= s["size"] * s["side"] * snapped(s["side"] * x, s)
+    if s := e.get("novel:knock"):
+        F += s["size"] * ringing(v, dt, s)
+    return F
+
+
+def snapped(x: Array, s: Form) -> Array:
+    """1 where a bistable dome is snapped through, 0 where it isn't: it goes over at x = `over` and comes back
+    `width` below."""
+    told = np.where(x > s["over"], 1, np.where(x < s["over"] - s["width"], 0, -1))
+    told[0] = max(told[0], 0)
+    last = np.maximum.accumulate(np.where(told >= 0, np.arange(len(x)), 0))
+    return np.asarray(told[last], float)
+
+
+def ringing(v: Array, dt: float, s: Form) -> Array:
+    """A fixture with a clearance that is crossed at each reversal, as fast as √acceleration, and rings."""
+    hit, turn = np.zeros(len(v)), np.flatnonzero(v[:-1] * v[1:] < 0)
+    change = v[turn + 1] - v[turn]
+    hit[turn] = np.sign(change) * np.sqrt(np.abs(change) / (20 * np.pi * dt))  # 1 at full speed and 10 Hz
+    pole = np.exp((2j * np.pi * s["rings"] - 1 / s["tau"]) * dt)
+    return np.asarray(lfilter([0, pole.imag], [1, -2 * pole.real, abs(pole) ** 2], hit))
+
+
+def detected(t: Array, F: Array, e: Strength) -> Array:
+    """A force behind a carrier's detector: its capacitor follows up at once, but leaks no faster than in
+    `size` [s] towards the lowest force."""
+    if not (s := e.get("novel:leaky_detector")):
+        return F
+    with np.errstate(divide="ignore"):
+        above = np.log(F - F.min())
+    return np.asarray(F.min() + np.exp(np.maximum.accumulate(above + t / s["size"]) - t / s["size"]))
+
+
+def broken(speed: Array, order: Array, e: Strength) -> Array:
+    """Share of a stiffness that is lost, at speeds (n,) over 2π reach/s that come one after the other: a
+    structure is broken down by the motion and builds up again in `tau` of a sweep."""
+    if not (s := e.get("novel:thixotropy")):
+        return np.zeros(len(speed))
+    whole, found = 1.0, []
+    for rate, dt in zip(1 + speed / s["at"], np.diff(order, prepend=0), strict=True):
+        whole = 1 / rate + (whole - 1 / rate) * np.exp(-rate * dt / s["tau"])
+        found.append(whole)
+    return np.asarray(s["size"] * (1 - np.array(found)))
 
 
 def draw_form(rng: np.random.Generator, effect: str, size: float) -> dict[str, Any]:
-    """The parameters of one effect; "at" is a frequency over the highest."""
-    spans: dict[str, dict[str, tuple[float, float]]] = {
-        "novel:echoing_line": {"trips": (4, 10)},
-        "novel:ferroresonance": {"at": (0.1, 0.6), "q": (8, 20), "bend": (2, 6)},
-        "novel:phase_creep": {"tau": (0.02, 0.3)},
-        "novel:pumped_stiffness": {"pump": (2.3, 9), "phase": (0, 6)},
-        "novel:loose_clamp": {"tau": (4, 9), "phase": (0, 6)},
-        "novel:thermostat": {"period": (3, 9), "duty": (0.3, 0.6), "slow": (0.2, 0.5), "phase": (0, 1)},
-        "novel:echo": {"late": (0.15, 0.4)},
+    """The parameters of one effect; "at" is a frequency over the resonance, or in Hz at full reach."""
+    spans: Spans = {
+        "novel:pulled_oscillator": {},
+        "novel:log_ripple": {"stage": (0.4, 1.0), "phase": (0, 6)},
+        "novel:bead_chain": {"at": (0.85, 1.5)},
+        "novel:snapping_dome": {"over": (0.25, 0.5), "width": (0.3, 0.6)},
+        "novel:knock": {"rings": (15, 40), "tau": (0.05, 0.2)},
+        "novel:leaky_detector": {},
+        "novel:thixotropy": {"at": (0.5, 4), "tau": (0.05, 0.4)},
     }
-    form: dict[str, Any] = {"size": size, "law": ""}
-    return form | {name: float(rng.uniform(*span)) for name, span in spans[effect].items()}
+    form = within(rng, spans[effect], size)
+    if effect == "novel:snapping_dome":
+        form["side"] = float(rng.choice([-1.0, 1.0]))
+    return form
