@@ -237,7 +237,7 @@ def test_a_wrong_name_counts_however_well_it_predicts_and_new_kinds_have_rows_of
     novel = row(effects=["novel:cavity_comb"], kind="novel", first="second_mode") | marks
     as_good, worse = ({"rivals": {"diagnosis": {"holdout": x}}} for x in (1.01, 4.0))
     right = novel | as_good | {"unknown": True, "misnamed": False, "first": "unknown_force"}
-    rows = [novel | as_good, novel | worse, right, right | {"effects": ["novel:thermostat"]}]
+    rows = [novel | as_good, novel | worse, right, right | {"effects": ["novel:knock"]}]
     told = {b["goal"].key: (b["share"].hits, b["share"].n) for b in scores.board(rows)}
     assert (told["unknown"], told["misnamed"]) == ((1, 3), (2, 3))
     assert (told["unknown, new"], told["misnamed, new"]) == ((1, 1), (0, 1))

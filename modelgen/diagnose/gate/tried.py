@@ -70,7 +70,7 @@ def _foremost(tangent: Tangent, columns: Array, few: int) -> Array:
     """Which sets of so `few` neighbours of `columns` (N, k) explain most beside the fit, best first."""
     rest = tangent.off(columns)
     size = np.linalg.norm(rest, axis=0)
-    size[size < 1e-6 * np.linalg.norm(columns, axis=0)] = np.inf
+    size[size <= 1e-6 * np.linalg.norm(columns, axis=0)] = np.inf
     unit = (rest / size).reshape(len(rest), -1, few)
     along = np.einsum("nsk,n->sk", unit, tangent.r)
     gram = np.einsum("nsk,nsl->skl", unit, unit) + 1e-9 * np.eye(few)
