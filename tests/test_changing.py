@@ -40,6 +40,7 @@ def test_a_stiffness_that_is_pumped_is_told_with_its_frequency_and_modelled(tmp_
     assert pumped.after.fit_over_noise < 1.02 < pumped.before.fit_over_noise
 
 
+@pytest.mark.slow
 def test_a_damping_that_is_pumped_is_no_stiffness(tmp_path: Path) -> None:
     pumped = judged(tmp_path, lambda name, t: 1.0, lambda name, t: 1 + 0.02 * np.sin(2 * np.pi * 8.2 * t))
     (found,) = pumped.effects
@@ -87,6 +88,7 @@ def kept(part: float) -> Callable[[np.ndarray], np.ndarray]:
     return read
 
 
+@pytest.mark.slow
 def test_a_meter_that_does_not_settle_is_no_physics_of_the_loudspeaker(tmp_path: Path) -> None:
     """One sweep upwards and one downwards: the resonance is at two places."""
     (found,) = swept(tmp_path, kept(0.03), (True, False)).effects
