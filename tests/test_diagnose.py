@@ -97,6 +97,7 @@ def test_nothing_is_found_where_nothing_is_missing(tmp_path: Path, domain: str, 
     assert v.after.fit_over_noise == pytest.approx(1, abs=0.2)
 
 
+@pytest.mark.slow
 def test_a_line_in_the_force_is_unknown_and_not_physics_of_the_sample(tmp_path: Path) -> None:
     hum = "novel:mains_hum"
     _, v = verdict(tmp_path, 102, kind="novel", domain="force", effect=hum, d2=(60, 1e4))
@@ -222,6 +223,7 @@ def test_the_same_case_gives_the_same_verdict(tmp_path: Path) -> None:
     assert np.allclose([p.value for p in a.parameters], [p.value for p in b.parameters], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_held_out_copy_is_as_far_over_the_noise_as_what_was_fitted() -> None:
     """Errors of a recorded motion count in it as in the others, and once: a stiff dashpot shows them."""
     rng = np.random.default_rng(5)

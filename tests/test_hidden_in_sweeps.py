@@ -89,6 +89,7 @@ def test_it_is_found_all_the_same(
     assert v.after.holdout_over_noise < 1.3
 
 
+@pytest.mark.slow
 def test_a_lag_is_found_in_a_stiffness_without_its_angle(tmp_path: Path) -> None:
     """Its first order vanishes there: |1/(1 + jωτ)| falls with the square of τ."""
     f, rng = np.geomspace(0.5, 100, 60), np.random.default_rng(4)
@@ -134,6 +135,7 @@ def test_a_dielectric_that_loses_energy(tmp_path: Path, lossy: bool) -> None:
         assert np.median(np.abs(v.curve.implied + 0.018j * C)) < 0.05 * 0.018 * C
 
 
+@pytest.mark.slow
 def test_what_a_stated_noise_cannot_be_is_claimed_whatever_its_colour(tmp_path: Path) -> None:
     """Coloured noise of the stated level leaves the base three times that level: something is missing, and
     the softening that takes it away is named."""
@@ -156,6 +158,7 @@ def test_the_air_in_the_port_of_a_box_is_another_resonator(tmp_path: Path) -> No
     assert found["omega_3"] == pytest.approx(wb, rel=0.02) and found["Q_3"] == pytest.approx(9, rel=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("grows", [lambda f: np.sqrt(f / 1500), lambda f: np.hypot(1, f / 300) - 1])
 def test_a_resistance_that_grows_without_a_reactance(tmp_path: Path, grows: Callable[[Any], Any]) -> None:
     """As measured values of a winding are often given: no eddy current's law, which changes both."""

@@ -154,6 +154,7 @@ def test_a_flat_spectrum_of_relaxation_is_creep_or_structural_damping(tmp_path: 
     )
 
 
+@pytest.mark.slow
 def test_a_lag_that_takes_more_than_the_damping_gives(tmp_path: Path) -> None:
     """A force that is recorded late through k τ > c looks as if it were driven: the damping is at its end, 0,
     and says nothing of what the lag may do."""
