@@ -106,6 +106,7 @@ def friction(**more: Any) -> Effect:
     return Effect("seal", kinds, "dry friction of the seal", "own", (strength,), law, (shape,), **given)
 
 
+@pytest.mark.slow
 def test_an_own_law_of_speed_at_a_port_that_tells_displacement_alone(tmp_path: Path) -> None:
     """Ports are completed before laws are looked at."""
     v, rng = 2 * np.cos(2 * SWING), np.random.default_rng(1)

@@ -221,6 +221,7 @@ def test_a_hum_is_no_other_account_of_what_is_named() -> None:
     assert any("50.0" in note and "does not follow the motion" in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_what_a_law_of_another_form_leaves_is_no_second_effect() -> None:
     """An orifice with a laminar core, p = b v √(v² + v_0²): a square law misses it by a few hundredths."""
     rng = np.random.default_rng(13)
