@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modelgen.diagnose.gate.leftover import Leftover
-from modelgen.diagnose.gate.spectrum import highest, standing_out
+from modelgen.diagnose.gate.spectrum import highest, standing_out, tuned
 from modelgen.diagnose.gate.tried import JUMP, Tried, best_of, channel_of, in_channel
 from modelgen.diagnose.hypotheses.functions import ORDERS, PUMP, scaled, scaled_speed
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
@@ -26,8 +26,6 @@ PERIODS = 4.0
 LINE = 30.0
 """Times the spectrum around it that a product of displacement and speed has where what follows the motion
 would change at a frequency, too."""
-FINER = 12
-"""Steps on either side in which a frequency is tuned."""
 WAVES = 6
 """Of what changes more slowly."""
 MOMENTS = 60
@@ -101,11 +99,9 @@ def _pumped(axis: str, fit: Fit, plain: Judge, tangent: Tangent, at: Output, by:
         x = getattr(at, by)[k]
         shown[np.any([standing_out(t, x * y, grid) > LINE for y in _motions(at, k)], axis=0)] = 0.0
     total = np.sum(each, axis=0)
-    f = _tuned(products, float(grid[int(np.argmax(total))]), 0.5 / span)
-    columns = []
-    for k, t in zip(long, times, strict=True):
-        turns, x = 2 * np.pi * f * t, getattr(at, by)[k]
-        columns.append(at.columns(fit, plain, k, np.stack([x * np.cos(turns), x * np.sin(turns)])))
+    f = tuned(products, float(grid[int(np.argmax(total))]), 0.5 / span)
+    pairs = zip(long, times, strict=True)
+    columns = [_waves(fit, plain, at, by, k, 2 * np.pi * f * t[None]) for k, t in pairs]
     says = f"{CHANGING[by]} that changes at {f:.4g} Hz, which does not follow the motion"
     like = Leftover(0.0, 0.0, at.port, says, (PUMP,))
     found = best_of(tangent, np.concatenate(columns, axis=1), plain.prior, fit.white, like)
@@ -113,13 +109,10 @@ def _pumped(axis: str, fit: Fit, plain: Judge, tangent: Tangent, at: Output, by:
     return replace(found, left=left, price=found.price + looked)
 
 
-def _tuned(products: Sequence[tuple[Array, Array]], f: float, width: float) -> float:
-    """The frequency within `width` of f at which products (time, x) have most power together."""
-    near = f + width * np.linspace(-1, 1, 2 * FINER + 1)
-    power = [
-        np.abs(np.exp(-2j * np.pi * np.outer(near, t)) @ x) ** 2 / max(x @ x, 1e-300) for t, x in products
-    ]
-    return float(near[int(np.argmax(np.sum(power, axis=0)))])
+def _waves(fit: Fit, plain: Judge, at: Output, by: str, k: int, turns: Array) -> Array:
+    """Columns of the cosines and sines of `turns` (m, n) in the record k, in proportion to `by`."""
+    x = getattr(at, by)[k]
+    return at.columns(fit, plain, k, x * np.concatenate([np.cos(turns), np.sin(turns)]))
 
 
 def _wandering(axis: str, fit: Fit, plain: Judge, tangent: Tangent, at: Output, by: str) -> Tried:
@@ -127,10 +120,8 @@ def _wandering(axis: str, fit: Fit, plain: Judge, tangent: Tangent, at: Output, 
     and their harmonics, in each record its own."""
     times = [s.inputs[axis] for s in fit.hypothesis.experiment.series]
     f = 0.5 / max(float(t[-1] - t[0]) for t in times)
-    columns = []
-    for k, t in enumerate(times):
-        turns, x = 2 * np.pi * f * np.arange(1, WAVES + 1)[:, None] * t, getattr(at, by)[k]
-        columns.append(at.columns(fit, plain, k, x * np.concatenate([np.cos(turns), np.sin(turns)])))
+    orders = np.arange(1, WAVES + 1)[:, None]
+    columns = [_waves(fit, plain, at, by, k, 2 * np.pi * f * orders * t) for k, t in enumerate(times)]
     like = Leftover(0.0, 0.0, at.port, f"{CHANGING[by]} that changes in the course of a record", (PUMP,))
     found = best_of(tangent, np.concatenate(columns, axis=1), plain.prior, fit.white, like)
     return replace(found, left=replace(found.left, terms=(PUMP, f, by, WAVES)))

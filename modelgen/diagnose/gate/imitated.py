@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from modelgen.diagnose.gate.describe import described
-from modelgen.diagnose.gate.generic import leftover
+from modelgen.diagnose.gate.generic import descriptions, likeliest
 from modelgen.diagnose.gate.in_time import sudden
 from modelgen.diagnose.gate.leftover import Leftover
-from modelgen.diagnose.gate.meter import distorted, misread
+from modelgen.diagnose.gate.meter import distorted, is_misread
 from modelgen.diagnose.gate.narrow import narrow
 from modelgen.diagnose.gate.rivals import LEFT
 from modelgen.diagnose.hypotheses.refit import Fit
@@ -43,11 +43,12 @@ def _imitated(
         return None
     if setting.model.is_time_model:
         return _ahead([sudden(setting.model, outcome.judge, outcome.base, outcome.best)])
-    whole = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
+    tried = descriptions(setting.model, outcome.judge, outcome.base, sensitivities)
+    whole = likeliest(setting.model, tried)
     rival = max(whole, distorted(outcome.judge, outcome.base), key=lambda x: x.gain)
     own = own_gain(setting, outcome.judge, outcome.base, outcome.best)
-    read = misread(outcome.judge, outcome.base)
-    found = _ahead([(rival, gained(setting, outcome, outcome.best)), (read, own)])
+    pairs = [(rival, gained(setting, outcome, outcome.best)), *((x, own) for x in tried if is_misread(x))]
+    found = _ahead(pairs)
     return whole if found is None and _outdescribed(setting, outcome, left, whole) else found
 
 

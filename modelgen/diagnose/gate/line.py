@@ -8,7 +8,7 @@ import numpy as np
 
 from modelgen.diagnose.gate.channels import port_at, shown
 from modelgen.diagnose.gate.leftover import Leftover
-from modelgen.diagnose.gate.spectrum import filled, highest, standing_out, step
+from modelgen.diagnose.gate.spectrum import filled, highest, share_of, standing_out, step, tuned
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.functions import LINE
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
@@ -55,25 +55,6 @@ def _far(fit: Fit) -> bool:
     return float(np.mean([np.mean(e**2) for e in fit.white])) > FAR**2 * max(1.0, float(rough))
 
 
-def _share(series: Sequence[tuple[Array, Array]], f: float) -> float:
-    """Share of the power of residuals (time, residual) that a wave of the frequency `f` has."""
-    held = total = 0.0
-    for t, x in series:
-        x = x - x.mean()
-        waves = np.linalg.qr(np.stack([np.cos(2 * np.pi * f * t), np.sin(2 * np.pi * f * t)], axis=1))[0]
-        held += float(np.sum((waves.T @ x) ** 2))
-        total += float(x @ x)
-    return held / max(total, 1e-300)
-
-
-def _tuned(series: Sequence[tuple[Array, Array]], f: float, width: float) -> float:
-    """The frequency within `width` of `f` at which a wave has most of the power."""
-    from scipy.optimize import minimize_scalar
-
-    found = minimize_scalar(lambda x: -_share(series, x), bounds=(f - width, f + width), method="bounded")
-    return float(found.x)
-
-
 LOWEST = 5
 """Harmonics that a line may be of a stronger wave."""
 
@@ -105,16 +86,16 @@ def line(model: Model, fit: Fit, n: int) -> Leftover:
     gain = 2 * float(total[k]) - (2 * len(series) + 1) * float(np.log(n)) - looked
     apart = 2 * each.max(axis=1) - 3 * float(np.log(n)) - looked - 2 * float(np.log(len(series)))
     if float(np.sum(apart[apart > 0])) > max(gain, 0.0) and not _far(fit):
-        tuned = [
-            _tuned([x], float(f), 0.5 / span) for x, f in zip(series, grid[each.argmax(axis=1)], strict=True)
+        found = [
+            tuned([x], float(f), 0.5 / span) for x, f in zip(series, grid[each.argmax(axis=1)], strict=True)
         ]
         port = _port(model, outputs[int(np.argmax(apart))])
-        return _apart([name for name, *_ in named], tuned, apart, port)
+        return _apart([name for name, *_ in named], found, apart, port)
     # a slope that is taken out makes harmonics stand out more than the wave that they belong to
     waves = [float(grid[k]) / m for m in range(1, LOWEST + 1)]
     waves = [f for f in waves if f == waves[0] or total[int(np.argmin(np.abs(grid - f)))] > 0]
-    f = _tuned(series, max(waves, key=lambda f: _share(series, f)), 0.5 / span)
-    if _far(fit) and _share(series, f) < WHOLE:
+    f = tuned(series, max(waves, key=lambda f: share_of(series, f)), 0.5 / span)
+    if _far(fit) and share_of(series, f) < WHOLE:
         return none
     says = f"a line at {f:.4g} Hz that does not follow the motion"
     port = _port(model, outputs[int(np.argmax(each[:, k]))])

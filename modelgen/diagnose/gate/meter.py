@@ -64,6 +64,11 @@ def misread(judge: Judge, base: Fit) -> Leftover:
     return Leftover(gain, chi2, _port(base), says)
 
 
+def is_misread(x: Leftover) -> bool:
+    """Whether a description is one of `misread`."""
+    return x.says == KEPT or x.says.startswith(SWITCHED.partition("{")[0])
+
+
 def _beside_smooth(plain: Judge, base: Fit, parts: Sequence[Array]) -> float:
     """By how much −2 ln of the likelihood falls with amounts of changes (n, k) of each sweep, where either
     side may have a smooth error of the instrument."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from modelgen.fit.colour import flattened
@@ -47,3 +49,22 @@ def standing_out(t: Array, x: Array, grid: Array) -> Array:
     ratio = power / np.maximum(np.median(around[::8], axis=1).repeat(8)[: len(power)] / np.log(2), 1e-300)
     width = 2 * highest(t) / size
     return np.asarray(np.interp(grid, np.arange(len(power)) * width, ratio, right=0.0))
+
+
+def share_of(series: Sequence[tuple[Array, Array]], f: float) -> float:
+    """Share of the power of residuals (time, residual) that a wave of the frequency `f` has."""
+    held = total = 0.0
+    for t, x in series:
+        x = x - x.mean()
+        waves = np.linalg.qr(np.stack([np.cos(2 * np.pi * f * t), np.sin(2 * np.pi * f * t)], axis=1))[0]
+        held += float(np.sum((waves.T @ x) ** 2))
+        total += float(x @ x)
+    return held / max(total, 1e-300)
+
+
+def tuned(series: Sequence[tuple[Array, Array]], f: float, width: float) -> float:
+    """The frequency within `width` of `f` at which a wave has most of the power."""
+    from scipy.optimize import minimize_scalar
+
+    found = minimize_scalar(lambda x: -share_of(series, x), bounds=(f - width, f + width), method="bounded")
+    return float(found.x)
