@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from modelgen.diagnose.gate.in_frequency import in_frequency
 from modelgen.diagnose.gate.in_time import in_time
+from modelgen.diagnose.gate.instrument import misread
 from modelgen.diagnose.gate.leftover import Leftover
-from modelgen.diagnose.gate.meter import misread
 from modelgen.diagnose.gate.tables import together
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, enough
 from modelgen.diagnose.search.screen import Tangent

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from modelgen.diagnose.gate.describe import described
 from modelgen.diagnose.gate.generic import descriptions, likeliest
 from modelgen.diagnose.gate.in_time import sudden
+from modelgen.diagnose.gate.instrument import lead, misread
 from modelgen.diagnose.gate.leftover import Leftover
-from modelgen.diagnose.gate.meter import distorted, is_misread
 from modelgen.diagnose.gate.narrow import narrow
 from modelgen.diagnose.gate.rivals import LEFT
 from modelgen.diagnose.hypotheses.refit import Fit
-from modelgen.diagnose.hypotheses.setting import Outcome, Setting
+from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
 from modelgen.diagnose.search.claim import own_gain
 from modelgen.fit.series import Array
 
@@ -39,16 +39,19 @@ def _imitated(
 ) -> Leftover | None:
     """What no catalogue holds but fits sweeps better than the named effects do, and by far; or over time what
     is pumped or jumps."""
-    if outcome.judge.temper > 1.0 or not outcome.best.hypothesis.added:
+    if not outcome.best.hypothesis.added:
         return None
+    far = outcome.judge.temper > 1.0
     if setting.model.is_time_model:
-        return _ahead([sudden(setting.model, outcome.judge, outcome.base, outcome.best)])
-    tried = descriptions(setting.model, outcome.judge, outcome.base, sensitivities)
-    whole = likeliest(setting.model, tried)
-    rival = max(whole, distorted(outcome.judge, outcome.base), key=lambda x: x.gain)
-    own = own_gain(setting, outcome.judge, outcome.base, outcome.best)
-    pairs = [(rival, gained(setting, outcome, outcome.best)), *((x, own) for x in tried if is_misread(x))]
-    found = _ahead(pairs)
+        return None if far else _ahead(*sudden(setting.model, outcome.judge, outcome.base, outcome.best))
+    misread_as = misread(outcome.judge, outcome.base)
+    least = LEFT - ALARM * (len(outcome.best.ids) - 1)  # each effect more has to gain as much to be claimed
+    if misread_as.weights and lead(outcome.judge, outcome.best, misread_as) > least:
+        return misread_as
+    if far:
+        return None
+    whole = likeliest(setting.model, descriptions(setting.model, outcome.judge, outcome.base, sensitivities))
+    found = _ahead(whole, gained(setting, outcome, outcome.best))
     return whole if found is None and _outdescribed(setting, outcome, left, whole) else found
 
 
@@ -61,9 +64,9 @@ def _outdescribed(setting: Setting, outcome: Outcome, left: Leftover, whole: Lef
     return terms is not None and outcome.best.bic - terms.bic > LEFT
 
 
-def _ahead(pairs: Sequence[tuple[Leftover, float]]) -> Leftover | None:
-    """The first description that gains far more than named effects do beside it."""
-    return next((x for x, named in pairs if max(named, 0.0) < min(x.gain - LEFT, BETTER * x.gain)), None)
+def _ahead(x: Leftover, named: float) -> Leftover | None:
+    """A description, if it gains far more than named effects do beside it."""
+    return x if max(named, 0.0) < min(x.gain - LEFT, BETTER * x.gain) else None
 
 
 def gained(setting: Setting, outcome: Outcome, f: Fit) -> float:

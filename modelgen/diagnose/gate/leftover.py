@@ -12,7 +12,8 @@ class Leftover:
     sentence.
 
     terms: (frequency, Q) of resonant terms; in time the name of a group of terms, which of them, and on which
-    side. line: the frequency of one that does not follow the motion, 0 where it is none.
+    side. line: the frequency of one that does not follow the motion, 0 where it is none. weights: of an error
+    of how sweeps are taken, what it is weighed by.
     """
 
     gain: float
@@ -21,3 +22,7 @@ class Leftover:
     says: str
     terms: tuple[Any, ...] = ()
     line: float = 0.0
+    weights: tuple[float, ...] = ()
+
+
+NOTHING = Leftover(0.0, 0.0, "", "")

@@ -8,8 +8,8 @@ import numpy as np
 
 from modelgen.diagnose.gate.describe import described
 from modelgen.diagnose.gate.generic import descriptions, likeliest
+from modelgen.diagnose.gate.instrument import misread
 from modelgen.diagnose.gate.leftover import Leftover
-from modelgen.diagnose.gate.meter import distorted
 from modelgen.diagnose.gate.rivals import LEFT
 from modelgen.diagnose.hypotheses.functions import LEVEL
 from modelgen.diagnose.hypotheses.refit import Fit, mean_square, misfit, plain_white
@@ -30,14 +30,14 @@ def wholly_described(
     unknown: bool,
     after: float,
 ) -> Leftover | None:
-    """Functions of displacement and speed, or a distortion of a channel, that leave but noise, where even the
-    best named effects, which leave `after` in the mean square, stay far from the recordings; the end of a
-    channel's range also where these leave but noise, and it is nearer."""
+    """Functions of displacement and speed, or an error of how a sweep is taken, that leave but noise, where
+    even the best named effects, which leave `after` in the mean square, stay far from the recordings; the end
+    of a channel's range also where these leave but noise, and it is nearer."""
     best = outcome.best
     far = bool(best.ids) and (outcome.judge.temper > 1.0 or after > FAR**2 * floor)
     if not setting.model.is_time_model:
         far = far and outcome.judge.temper > 1.0
-        return _by_the_meter(outcome, floor) if far or unknown else None
+        return _by_the_instrument(outcome, floor) if far or unknown else None
     if unknown or not best.ids:
         return None
     found = descriptions(setting.model, outcome.judge, outcome.base, sensitivities)
@@ -63,9 +63,9 @@ def but_noise(f: Fit, floor: float) -> bool:
     return mean_square(plain_white(f)) < CREDIBLE**2 * floor
 
 
-def _by_the_meter(outcome: Outcome, floor: float) -> Leftover | None:
-    """A distortion of the meter, if it leaves but noise."""
-    found = distorted(outcome.judge, outcome.base)
+def _by_the_instrument(outcome: Outcome, floor: float) -> Leftover | None:
+    """An error of how sweeps are taken, if it leaves but noise."""
+    found = misread(outcome.judge, outcome.base)
     count = sum(np.count_nonzero(e) for e in outcome.base.white)
-    left = (outcome.base.chi2 - found.chi2) / max(count, 1)
+    left = (misfit(outcome.base) - found.chi2) / max(count, 1)
     return found if found.gain > LEFT and left < CREDIBLE**2 * floor else None
