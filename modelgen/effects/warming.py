@@ -71,6 +71,25 @@ dashpot_warming = replace(
 )
 
 
+ALL = "spring, friction and dashpot, all but what force is constant"
+COOLER = Strength("d_s", "{port}/s", bounds=ANY, text="less so much of its constant part")
+
+sample_warming = replace(
+    temperature_drift,
+    kinds=("force",),
+    says=f"the material gets softer (or harder) in the course of the record, as it warms up: {ALL}",
+    strengths=(
+        replace(temperature_drift.strengths[0], name="beta_s", text="relative rate of change"),
+        COOLER,
+    ),
+    apply=lambda model, port, p: settling(
+        "sample_warming", model, port, p["tau_s"], lambda F, s: F + (p["beta_s"] * F + p["d_s"]) * s
+    ),
+    shapes=(replace(SETTLES, name="tau_s"),),
+    common=0.5,
+)
+
+
 def _warmed(model: Model, port: Port, p: Values) -> Model:
     """T' = |z'| − T/τ: warmth of dry friction, which is lost as Newton has it; each step exact for its mean
     speed."""
@@ -89,10 +108,10 @@ def _kept(name: str, port: Port, tau: Parameter, step: Expr, unit: str) -> State
 
 def _warmed_by_flow(model: Model, port: Port, p: Values) -> Model:
     """T' = v² − T/τ: warmth of a dashpot."""
-    beta, tau = p.values()
+    beta, d, tau = p.values()
     step = port["v"] ** 2 * (port["t"] - port["t_prev"])
     flow = _kept("flow_heating", port, tau, step, f"({unit_of(model, port['v'])})**2*s")
-    return model.extend(port.equation, lambda F: F * (1 + beta * flow.symbol), statements=(flow,))
+    return model.extend(port.equation, lambda F: F + (beta * F + d) * flow.symbol, statements=(flow,))
 
 
 def _warmed_all(model: Model, port: Port, p: Values) -> Model:
@@ -129,15 +148,19 @@ material_heating = replace(
 viscous_heating = replace(
     self_heating,
     kinds=("force",),
-    says="the force falls (or grows) as the sample warms up by viscous losses, the more the faster it moves",
+    says="the sample gets softer (or harder) as it warms up by viscous losses, the more the faster it moves: "
+    f"{ALL}",
     source="power of a dashpot, c v^2, e.g. S. S. Rao, Mechanical Vibrations, ch. 3; Newton's law of cooling",
-    strengths=(Strength("beta_v", "1/(({v})**2*s)", bounds=ANY, text="relative change per heat"),),
+    strengths=(
+        Strength("beta_v", "1/(({v})**2*s)", bounds=ANY, text="relative change per heat"),
+        Strength("d_v", "{port}/(({v})**2*s)", bounds=ANY, text="less so much of its constant part"),
+    ),
     apply=_warmed_by_flow,
     shapes=(replace(self_heating.shapes[0], name="tau_v"),),
     needs=("v", "t", "t_prev"),
 )
 
 EFFECTS = (
-    temperature_drift, material_warming, own_warming, dashpot_warming, self_heating, material_heating,
-    viscous_heating,
+    temperature_drift, material_warming, own_warming, sample_warming, dashpot_warming, self_heating,
+    material_heating, viscous_heating,
 )  # fmt: skip

@@ -1,12 +1,12 @@
 """A frequency that is not the one that was set: what is left of sweeps is gone where each sample stands for
-a frequency that is off by what the load does to the source.
+one that is off by what the load does to the source, or by a smooth function of itself.
 
 An oscillator that is pulled by a reactance shears a resonance as a spring that hardens does, at any level.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,46 +19,70 @@ from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.search.screen import Tangent
 from modelgen.fit.series import Array, Series
 
-SAYS = "a source that its load pulls: the frequency is off by up to {0:.2g} of it, as {1} of Z goes"
-TRIED = ("the sine of the phase", "the cosine of the phase", "the imaginary part", "the real part")
+PULLED = "a source that its load pulls: the frequency is off by up to {0} of it, as {1} of Z goes"
+BOWED = "a frequency axis that is bowed: it is off by up to {0:.2g} of it, alike in all sweeps"
+LOADS = ("the sine of the phase", "the cosine of the phase", "the imaginary part", "the real part")
+BENDS = range(2, 7)
+"""Half waves over ln f that an axis may be bowed by, all up to one of them together."""
 MOST = 0.1
 """Share of a frequency by which it may be off: more is noticed."""
 
 
-def pulled(judge: Judge, base: Fit) -> tuple[Fit, str, float] | None:
-    """The base fitted anew at frequencies f (1 + a u), of the `TRIED` u the likeliest, what that says, and
-    the price of it; None where no a gains anything."""
-    series = base.hypothesis.experiment.series
-    n = effective(base.white)
-    price = 2 * float(np.log(len(TRIED))) + float(np.log(n))
-    loads = [_loads(s) for s in series]
-    columns = whitened(judge, series, np.concatenate(_slopes(base, loads)))
-    tangent = Tangent.of(*judge.tangent(base))
-    gains = [gain_of(tangent, columns[:, [k]], n, price)[0] for k in range(len(TRIED))]
-    which = int(np.argmax(gains))
-    if gains[which] < CHECKED:
+def mistaken(judge: Judge, base: Fit) -> tuple[Fit, str, float] | None:
+    """The base fitted anew at the likeliest of frequencies f (1 + Σ a u), what that says, and the price of
+    it; None where no a gains anything."""
+    series, axis = base.hypothesis.experiment.series, base.hypothesis.experiment.model.axis
+    n, tangent = effective(base.white), Tangent.of(*judge.tangent(base))
+    gain, found = CHECKED, None
+    for says, among, shapes in [*_pulled(series), *_bowed([s.inputs[axis] for s in series])]:
+        columns = whitened(judge, series, np.concatenate(_slopes(base, shapes)))
+        price = 2 * float(np.log(among))
+        if (gained := gain_of(tangent, columns, n, price)[0]) > gain:
+            gain, found = gained, (says, price, shapes)
+    if found is None:
         return None
-    chosen = [u[:, [which]] for u in loads]
-    top = max(float(np.abs(u).max()) for u in chosen)
-    axis = base.hypothesis.experiment.model.axis
+    says, price, shapes = found
 
     def slopes(fit: Fit) -> Array:
-        return whitened(judge, series, np.concatenate(_slopes(fit, chosen)))
+        return whitened(judge, series, np.concatenate(_slopes(fit, shapes)))
 
     def without(amounts: Array) -> tuple[Series, ...]:
-        a = float(np.clip(amounts[0], -MOST / top, MOST / top))
-        f = [s.inputs[axis] * (1 + a * u[:, 0]) for s, u in zip(series, chosen, strict=True)]
-        return tuple(replace(s, inputs={**s.inputs, axis: x}) for s, x in zip(series, f, strict=True))
+        off = [np.clip(u @ amounts, -MOST, MOST) for u in shapes]
+        moved = zip(series, off, strict=True)
+        return tuple(replace(s, inputs={**s.inputs, axis: s.inputs[axis] * (1 + x)}) for s, x in moved)
 
     fit, amounts = corrected(judge, base, slopes, without)
-    return fit, SAYS.format(abs(float(amounts[0])) * top, TRIED[which]), price
+    off = max(float(np.abs(u @ amounts).max()) for u in shapes)
+    return fit, says.format(off), price + len(amounts) * float(np.log(n))
 
 
-def _loads(s: Series) -> Array:
-    """(n, 4) what the load may pull by."""
+Shapes = tuple[str, int, list[Array]]
+"""Words, among how many alike, and for each sweep (n, k) what its frequencies are off by."""
+
+
+def _pulled(series: Sequence[Series]) -> Iterator[Shapes]:
+    top = max(float(s.size.max()) for s in series)
+    for k, name in enumerate(LOADS):
+        says = PULLED.format("{0:.2g}", name)
+        yield says, len(LOADS), [_loads(s, top)[:, [k]] for s in series]
+
+
+def _loads(s: Series, top: float) -> Array:
+    """(n, 4) what the load may pull by, in the order of `LOADS`."""
     Z = s.reference
-    unit, top = Z / np.maximum(s.size, 1e-300), max(float(s.size.max()), 1e-300)
+    unit = Z / np.maximum(s.size, 1e-300)
     return np.stack([unit.imag, unit.real, Z.imag / top, Z.real / top], axis=1)
+
+
+def _bowed(frequencies: Sequence[Array]) -> Iterator[Shapes]:
+    low, high = min(f.min() for f in frequencies), max(f.max() for f in frequencies)
+    for most in BENDS:
+        waves = np.pi * np.arange(1, most + 1)
+        yield (
+            BOWED,
+            len(BENDS),
+            [np.cos(np.log(f / low)[:, None] / np.log(high / low) * waves) for f in frequencies],
+        )
 
 
 def _slopes(fit: Fit, loads: Sequence[Array]) -> list[Array]:

@@ -9,17 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
-from modelgen.diagnose.gate.axis import pulled
+from modelgen.diagnose.gate.axis import mistaken
 from modelgen.diagnose.gate.corrected import corrected
 from modelgen.diagnose.gate.gains import CHECKED, gain_of, noise_of
 from modelgen.diagnose.gate.in_frequency import whitened
 from modelgen.diagnose.gate.leftover import NOTHING, Leftover
-from modelgen.diagnose.gate.meter import crept, distorted, kept, switched
+from modelgen.diagnose.gate.meter import crept, distorted, kept, skewed, switched
 from modelgen.diagnose.hypotheses.evidence import effective
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, refine
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, mean_square, refine
 from modelgen.diagnose.hypotheses.setting import COLOUR_SWEEP
 from modelgen.diagnose.noise.smooth_error import smooth_error
 from modelgen.diagnose.search.screen import Tangent
@@ -51,7 +52,8 @@ def _read(plain: Judge, base: Fit, was: Weights) -> Leftover:
     series = base.hypothesis.experiment.series
     tangent, n = Tangent.of(*plain.tangent(base)), effective(base.white)
     gain, found = 0.0, None
-    for says, among, parts in [*distorted(series), *switched(series), *kept(series), *crept(series)]:
+    kinds = distorted, switched, skewed, kept, crept
+    for says, among, parts in chain.from_iterable(kind(series) for kind in kinds):
         columns = whitened(plain, series, np.concatenate(parts))
         price = 2 * float(np.log(among))
         if (gained := gain_of(tangent, columns, n, price)[0]) > max(gain, CHECKED):
@@ -72,7 +74,7 @@ def _read(plain: Judge, base: Fit, was: Weights) -> Leftover:
 
 def _set(plain: Judge, base: Fit, was: Weights) -> Leftover:
     """Frequencies that are."""
-    found = pulled(plain, base)
+    found = mistaken(plain, base)
     return NOTHING if found is None else _weighed(was, base, *found, _weights(plain, found[0]))
 
 
@@ -80,7 +82,8 @@ def _weighed(was: Weights, base: Fit, fit: Fit, says: str, price: float, weights
     """A description, with no more gain than it has in either noise; `price` of its own numbers."""
     priced = [x + price for x in weights]
     gain = min(base.bic - fit.bic - price, *(a - b for a, b in zip(was, priced, strict=True)))
-    return Leftover(gain, base.chi2 - fit.chi2, "", says, weights=tuple(priced))
+    rest = f"{says}; without it {np.sqrt(mean_square(fit.white)):.3g} times the noise would be left"
+    return Leftover(gain, base.chi2 - fit.chi2, "", rest, weights=tuple(priced))
 
 
 def _weights(plain: Judge, fit: Fit, beside: Sequence[Array] = ()) -> Weights:

@@ -1,5 +1,5 @@
 """A meter that is not linear, does not settle or whose reference creeps: changes of sweeps' readings by a
-factor that depends on |Z| alone or on time, or by a part of the reading before.
+factor that depends on |Z| alone or on time, of one part of them alone, or by some of the reading before.
 
 A voltmeter that clips softly where |Z| is high damps a resonance as drag does, but by the same law in all
 recordings and whatever the frequency: no law of any port does.
@@ -24,6 +24,7 @@ TIMES = (0.03, 0.1, 0.3, 1.0)
 """Times of a sweep after which a reference creeps but with the logarithm of the time; of two that
 are neighbours any between them is made."""
 CREPT = "a phase of the reference that creeps with time, ever slower"
+SKEWED = "a detector whose two parts are not at right angles, or not read with one gain"
 KEPT = "a meter that does not settle: each reading keeps a part of the one before it"
 
 
@@ -55,6 +56,13 @@ def kept(series: Sequence[Series]) -> Iterator[Columns]:
         beside = np.stack([np.append(Z[:1], Z[:-1]) - Z, np.append(Z[1:], Z[-1:]) - Z], axis=1)
         parts.append(np.pad(beside, ((0, 0), (2 * k, 2 * (len(series) - 1 - k)))))
     yield KEPT, 1, parts
+
+
+def skewed(series: Sequence[Series]) -> Iterator[Columns]:
+    """A detector's two references are not at right angles, so that one part is read with some of the other;
+    or the gain of one part is not that of the other."""
+    for across, part in product((1, 1j), ("real", "imag")):
+        yield SKEWED, 4, [across * getattr(s.reference, part)[:, None] for s in series]
 
 
 def crept(series: Sequence[Series]) -> Iterator[Columns]:
