@@ -689,11 +689,21 @@ def test_a_dashpot_warms_up_by_its_power() -> None:
     t = np.linspace(0, 10, 4001)
     motion, base = record(t, lambda x: np.sin(40 * x)), {"k_D": 2.0, "c_D": 0.05}
     law = find("temperature_drift", "force", "beta_v")
-    cold = force(law, motion, base, beta_v=0.0, tau_v=2.0)
-    F = force(law, motion, base, beta_v=-1e-4, tau_v=2.0)
+    cold = force(law, motion, base, beta_v=0.0, d_v=0.0, tau_v=2.0)
+    F = force(law, motion, base, beta_v=-1e-4, d_v=0.0, tau_v=2.0)
     at = np.abs(cold) > 1.5
     warmth = 800 * 2.0 * (1 - np.exp(-t / 2.0))
     assert np.allclose((F[at] / cold[at] - 1) / -1e-4, warmth[at], atol=25.0)
+
+
+def test_what_is_constant_in_a_force_stays_as_a_sample_warms_up() -> None:
+    """Spring, friction and dashpot by (1 + β s), s from 0 to τ; a load of 1.5 N by nothing."""
+    t = np.linspace(0, 10, 2001)
+    motion, base = record(t, lambda x: np.sin(5 * x)), {"k_D": 2.0, "c_D": 0.05, "h_D": 0.3}
+    cold = force(find("inertia", "force"), motion, base, M=0.0)
+    law = find("temperature_drift", "force", "beta_s")
+    F = force(law, motion, base | {"F_0": 1.5}, beta_s=-0.02, d_s=0.03, tau_s=2.0)
+    assert np.allclose(F - 1.5, cold * (1 - 0.04 * (1 - np.exp(-t / 2.0))), rtol=1e-9)
 
 
 def test_friction_and_spring_warm_up_alike() -> None:

@@ -20,7 +20,7 @@ from modelgen.diagnose.search.screen import Tangent
 from modelgen.fit.series import Array, Series
 
 PULLED = "a source that its load pulls: the frequency is off by up to {0} of it, as {1} of Z goes"
-BOWED = "a frequency axis that is bowed: it is off by up to {0:.2g} of it, alike in all sweeps"
+BOWED = "a frequency axis that is bowed, alike in all sweeps"
 LOADS = ("the sine of the phase", "the cosine of the phase", "the imaginary part", "the real part")
 BENDS = range(2, 7)
 """Half waves over ln f that an axis may be bowed by, all up to one of them together."""
