@@ -39,19 +39,17 @@ def _imitated(
 ) -> Leftover | None:
     """What no catalogue holds but fits sweeps better than the named effects do, and by far; or over time what
     is pumped or jumps."""
-    if not outcome.best.hypothesis.added:
+    judge, best = outcome.judge, outcome.best
+    if judge.temper > 1.0 or not best.hypothesis.added:
         return None
-    far = outcome.judge.temper > 1.0
     if setting.model.is_time_model:
-        return None if far else _ahead(*sudden(setting.model, outcome.judge, outcome.base, outcome.best))
-    misread_as = misread(outcome.judge, outcome.base)
-    least = LEFT - ALARM * (len(outcome.best.ids) - 1)  # each effect more has to gain as much to be claimed
-    if misread_as.weights and lead(outcome.judge, outcome.best, misread_as) > least:
-        return misread_as
-    if far:
-        return None
-    whole = likeliest(setting.model, descriptions(setting.model, outcome.judge, outcome.base, sensitivities))
-    found = _ahead(whole, gained(setting, outcome, outcome.best))
+        return _ahead(*sudden(setting.model, judge, outcome.base, best))
+    error = misread(judge, outcome.base)
+    least = LEFT - ALARM * (len(best.ids) - 1)  # each effect more has to gain as much to be claimed
+    if error.weights and lead(judge, best, error) > least:
+        return error
+    whole = likeliest(setting.model, descriptions(setting.model, judge, outcome.base, sensitivities))
+    found = _ahead(whole, gained(setting, outcome, best))
     return whole if found is None and _outdescribed(setting, outcome, left, whole) else found
 
 

@@ -16,6 +16,9 @@ from modelgen.fit.series import Array, Series
 
 POWERS = (1, 2, 4, 8, 16)
 """Powers of |Z| over the greatest: Z (1 + Σ a_p |Z|^p)."""
+WAVES = (4, 8, 16)
+"""Half waves over ln |Z|, all up to one of these together: Z (1 + Σ a_p cos pπx), as a chain of amplifiers or
+limiters makes."""
 RANGES = 100
 """Moduli at which a meter's range may change."""
 DISTORTED = "a distortion of the meter: Z is off by a factor that depends on its modulus alone"
@@ -35,10 +38,24 @@ Columns = tuple[str, int, list[Array]]
 
 
 def distorted(series: Sequence[Series]) -> Iterator[Columns]:
-    """Real factors that are powers of |Z|."""
-    top = max(float(s.size.max()) for s in series)
-    powers = np.array(POWERS)
-    yield DISTORTED, 1, [s.reference[:, None] * (s.size[:, None] / top) ** powers for s in series]
+    """Real factors that are powers of |Z|, or waves over its logarithm."""
+    low, top = min(float(s.size.min()) for s in series), max(float(s.size.max()) for s in series)
+    x = [s.size[:, None] / top for s in series]
+    yield (
+        DISTORTED,
+        1 + len(WAVES),
+        [s.reference[:, None] * u ** np.array(POWERS) for s, u in zip(series, x, strict=True)],
+    )
+    if low == top or low <= 0:
+        return
+    turns = [np.pi * np.log(u) / np.log(low / top) for u in x]
+    for most in WAVES:
+        waves = [np.cos(u * np.arange(1, most + 1)) for u in turns]
+        yield (
+            DISTORTED,
+            1 + len(WAVES),
+            [s.reference[:, None] * w for s, w in zip(series, waves, strict=True)],
+        )
 
 
 def switched(series: Sequence[Series]) -> Iterator[Columns]:
