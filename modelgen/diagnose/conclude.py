@@ -87,7 +87,7 @@ def conclude(
         unit=setting.series[0].unit,
         extended_model=path,
         seconds=time.perf_counter() - begun,
-        summary=summary(setting, findings, held, gate, best),
+        summary=summary(setting, findings, held, gate, best, outcome.judge.smooth is not None),
         trials=_trials(outcome),
         traces=shown,
         curve=port_curve(setting, best, sensitivities, port),

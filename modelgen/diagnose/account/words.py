@@ -33,13 +33,17 @@ def bound_note(setting: Setting, base: Fit) -> tuple[str, ...]:
     return (f"{', '.join(held)}: what seems left out may be what this forbids",) if held else ()
 
 
-def summary(setting: Setting, findings: Sequence[Finding], held: Held, gate: Gate, best: Fit) -> str:
+def summary(
+    setting: Setting, findings: Sequence[Finding], held: Held, gate: Gate, best: Fit, smooth: bool
+) -> str:
+    """The verdict in a sentence or two; `smooth`: an error that nobody stated is counted as noise."""
     model, before, after = setting.model.id, held.before.fit_over_noise, held.after.fit_over_noise
     if not findings and not enough(best):
         spare = max(spare_values(best), 0)
         return f"{model} can't be judged: {spare} values more than parameters tell nothing."
     if not findings:
-        left = f"what is left is {after:.2f} times the noise, and looks like it"
+        like = "like a smooth error of the instrument that nobody stated" if smooth else "like it"
+        left = f"what is left is {after:.2f} times the noise, and looks {like}"
         return f"{model} explains the recordings: {left}.{_but(setting, held, gate)}"
     if gate.unknown:
         says = gate.leftover.says or "the residual is not noise"
