@@ -38,7 +38,9 @@ def test_a_smooth_error_stays_one(tmp_path: Path, seed: int) -> None:
     rng, x = np.random.default_rng(seed), np.log(F)
     root = np.linalg.cholesky(np.exp(-0.5 * ((x[:, None] - x) / 0.7) ** 2) + 1e-8 * np.eye(x.size))
     e = 2e-3 * root @ (rng.standard_normal(x.size) + 1j * rng.standard_normal(x.size))
-    assert verdict(tmp_path, F, coil(F) * (1 + e)).adequate
+    v = verdict(tmp_path, F, coil(F) * (1 + e))
+    assert v.adequate
+    assert "a smooth error of the instrument that nobody stated" in v.summary  # and not: like noise
 
 
 def _tables(folder: Path, more: Any, rho: float = 0.0) -> Verdict:
