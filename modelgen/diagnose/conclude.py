@@ -92,7 +92,7 @@ def conclude(
         traces=shown,
         curve=port_curve(setting, best, sensitivities, port),
         notes=(
-            *notes, *gate.notes, *decided.vague, *smooth_note(setting, outcome),
+            *notes, *gate.notes, *decided.vague, *smooth_note(setting, outcome, gate.leftover),
             *disagreement_note(setting, outcome, best, gate.scale),
             *bound_note(setting, base), *blind_note(setting, outcome),
             *held.notes, *holdout_note(held, doubted),

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modelgen.diagnose.gate.describe import described
-from modelgen.diagnose.gate.generic import leftover
+from modelgen.diagnose.gate.generic import Remains
 from modelgen.diagnose.gate.imitated import gained, imitating
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import gained_beside
@@ -91,14 +91,15 @@ def judge_adequacy(
     rough = float(np.mean([scatter(s, x) ** 2 for s, e in pairs for x in e])) if many else 1.0
     stated = all(s.stated for s in setting.series)
     gross = many and not _smooth(setting, outcome) and _gross(setting, plain, stated, float(np.sqrt(rough)))
-    left = _left(setting, outcome, sensitivities, after)
+    remains = Remains(setting, outcome, sensitivities)
+    left = _left(remains, after)
     far = gross or _far(outcome, left, after, rough, stated or not many)
     floor = _floor(after, rough, sum(e.size for e in plain), stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
     farther = bool(best.ids) and after > FARTHER * before  # a smooth error speaks for them
     unknown = farther or (
         _unexplained(setting, outcome, left, gross, explained)
-        and not _better_named(setting, outcome, sensitivities, explained, floor)
+        and not _better_named(remains, explained, floor)
     )
     allowed = stated and bool(best.ids) and _smooth(setting, outcome) and not unknown
     beside = allowed and _beside(before, after)
@@ -107,14 +108,14 @@ def judge_adequacy(
     elif not unknown and best.hypothesis.added and (part := reach(before, after, floor)) < 1.0:
         unknown = _nameless(setting, outcome, left, part)
     quiet = _floor(after, rough, sum(e.size for e in plain), stated, True)
-    whole = wholly_described(setting, outcome, sensitivities, min(floor, quiet), unknown, after)
+    whole = wholly_described(remains, min(floor, quiet), unknown, after)
     if whole is not None:
         unknown, left = True, whole
         floor = min(floor, quiet) if setting.model.is_time_model else floor
     rival = None if whole is not None else outdone(setting, outcome)
     if rival is not None and unknown and left.gain > rival[1] + LEFT:  # and it is described better
         rival = None
-    other, notes = (None, ()) if unknown else imitating(setting, outcome, sensitivities, left, oddity)
+    other, notes = (None, ()) if unknown else imitating(remains, left, oddity)
     other = oddity if oddity is not None and not best.hypothesis.added else other
     more = None if unknown or other is not None or rival is not None else not_stated(setting, outcome)
     if other is not None or more is not None:
@@ -150,11 +151,10 @@ def _probability(left: Leftover, structured: bool, may_be_noise: bool, lead: flo
     return (1 - OUTSIDE) * odds / (1 + odds)
 
 
-def _left(
-    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], after: float
-) -> Leftover:  # fmt: skip
+def _left(remains: Remains, after: float) -> Leftover:
     """What is left of the best hypothesis, of mean square `after`, and with how much evidence."""
-    left = leftover(setting.model, outcome.judge, outcome.best, sensitivities)
+    setting, outcome = remains.setting, remains.outcome
+    left = remains.likeliest(remains.of_best)
     if setting.model.is_time_model and any(s.whitener.root is not None for s in setting.series):
         return replace(left, gain=left.gain * min(1.0, after))  # what is allowed for tells no level
     if setting.model.is_time_model or outcome.best.ids:
@@ -247,18 +247,17 @@ def reach(before: float, after: float, floor: float) -> float:
     return 1 - float(np.sqrt((after - floor) / (before - floor)))
 
 
-def _better_named(
-    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], explained: float, floor: float
-) -> bool:
+def _better_named(remains: Remains, explained: float, floor: float) -> bool:
     """Whether named effects, though they leave a part, are a better account of the recordings than anything
     that describes the whole: real records hold many effects, none exactly.
 
     A channel that levels off looks like a material that softens: it has to be all that there is.
     """
+    setting, outcome = remains.setting, remains.outcome
     least = SOME if setting.model.is_time_model else MUCH
     if explained <= least or outcome.judge.temper > 1.0 or not outcome.best.hypothesis.added:
         return False
-    whole = leftover(setting.model, outcome.judge, outcome.base, sensitivities)
+    whole = remains.likeliest(remains.of_base)
     terms = described(setting, outcome, whole)
     if terms is not None and whole.terms[0] == LEVEL and not but_noise(terms, floor):
         terms = None

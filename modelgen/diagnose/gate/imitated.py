@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from modelgen.diagnose.gate.describe import described
-from modelgen.diagnose.gate.generic import descriptions, likeliest
+from modelgen.diagnose.gate.generic import Remains, misreading
 from modelgen.diagnose.gate.in_time import sudden
-from modelgen.diagnose.gate.instrument import lead, misread
+from modelgen.diagnose.gate.instrument import lead
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.narrow import narrow
 from modelgen.diagnose.gate.rivals import LEFT
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
 from modelgen.diagnose.search.claim import own_gain
-from modelgen.fit.series import Array
 
 BETTER = 0.9
 """A description without a catalogue is taken before named effects that gain less than this share of its
@@ -22,33 +19,29 @@ evidence."""
 
 
 def imitating(
-    setting: Setting,
-    outcome: Outcome,
-    sensitivities: Mapping[str, Array],
-    left: Leftover,
-    oddity: Leftover | None,
+    remains: Remains, left: Leftover, oddity: Leftover | None
 ) -> tuple[Leftover | None, tuple[str, ...]]:
     """What named effects imitate, if anything; else what is said of outliers that have a common cause."""
-    other = _imitated(setting, outcome, sensitivities, left) or narrow(outcome)
+    outcome = remains.outcome
+    other = _imitated(remains, left) or narrow(outcome)
     told = oddity is not None and bool(outcome.best.hypothesis.added) and other is None
     return other, (oddity.says,) if told and oddity is not None else ()
 
 
-def _imitated(
-    setting: Setting, outcome: Outcome, sensitivities: Mapping[str, Array], left: Leftover
-) -> Leftover | None:
+def _imitated(remains: Remains, left: Leftover) -> Leftover | None:
     """What no catalogue holds but fits sweeps better than the named effects do, and by far; or over time what
     is pumped or jumps."""
+    setting, outcome = remains.setting, remains.outcome
     judge, best = outcome.judge, outcome.best
     if judge.temper > 1.0 or not best.hypothesis.added:
         return None
     if setting.model.is_time_model:
         return _ahead(*sudden(setting.model, judge, outcome.base, best))
-    error = misread(judge, outcome.base)
+    error = misreading(remains.of_base)
     least = LEFT - ALARM * (len(best.ids) - 1)  # each effect more has to gain as much to be claimed
     if error.weights and lead(judge, best, error) > least:
         return error
-    whole = likeliest(setting.model, descriptions(setting.model, judge, outcome.base, sensitivities))
+    whole = remains.likeliest(remains.of_base)
     found = _ahead(whole, gained(setting, outcome, best))
     return whole if found is None and _outdescribed(setting, outcome, left, whole) else found
 

@@ -16,11 +16,11 @@ def beside_note(outcome: Outcome, after: float) -> tuple[str, ...]:
     return (f"{names} would do beside {error}, {size}; as well they may stand in for all of it",)
 
 
-def smooth_note(setting: Setting, outcome: Outcome) -> tuple[str, ...]:
+def smooth_note(setting: Setting, outcome: Outcome, left: Leftover) -> tuple[str, ...]:
     """What a smooth error of the instrument that nobody stated would have to be, where one is counted as
-    noise."""
+    noise, and what is `left` is no other error of how sweeps were taken."""
     found = outcome.judge.smooth
-    if found is None:
+    if found is None or left.weights:
         return ()
     size = part_of_reading(setting.series, found)
     where = "the same in all sweeps" if found.shared else "in each sweep its own"

@@ -2,47 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from modelgen.diagnose.gate.describe import described
-from modelgen.diagnose.gate.generic import descriptions, likeliest
-from modelgen.diagnose.gate.instrument import misread
+from modelgen.diagnose.gate.generic import Remains, misreading
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.rivals import LEFT
 from modelgen.diagnose.hypotheses.functions import LEVEL
 from modelgen.diagnose.hypotheses.refit import Fit, mean_square, misfit, plain_white
-from modelgen.diagnose.hypotheses.setting import Outcome, Setting
 from modelgen.diagnose.noise.recolour import own_colours
 from modelgen.diagnose.search.claim import CREDIBLE
-from modelgen.fit.series import Array
 
 FAR = 1.5
 """Times the noise that named effects leave from which they may be but the nearest that the catalogue has."""
 
 
-def wholly_described(
-    setting: Setting,
-    outcome: Outcome,
-    sensitivities: Mapping[str, Array],
-    floor: float,
-    unknown: bool,
-    after: float,
-) -> Leftover | None:
+def wholly_described(remains: Remains, floor: float, unknown: bool, after: float) -> Leftover | None:
     """Functions of displacement and speed, or an error of how a sweep is taken, that leave but noise, where
     even the best named effects, which leave `after` in the mean square, stay far from the recordings; the end
     of a channel's range also where these leave but noise, and it is nearer."""
-    best = outcome.best
+    setting, outcome, best = remains.setting, remains.outcome, remains.outcome.best
     far = bool(best.ids) and (outcome.judge.temper > 1.0 or after > FAR**2 * floor)
     if not setting.model.is_time_model:
         far = far and outcome.judge.temper > 1.0
-        return _by_the_instrument(outcome, floor) if far or unknown else None
+        return _by_the_instrument(remains, floor) if far or unknown else None
     if unknown or not best.ids:
         return None
-    found = descriptions(setting.model, outcome.judge, outcome.base, sensitivities)
+    found = remains.of_base
     ends = [x for x in found if x.terms[:1] == (LEVEL,)]
-    whole = likeliest(setting.model, found)
+    whole = remains.likeliest(found)
     # a channel's end is an account of one number; beside a colour, what smooth terms leave is likelier
     near = [x for x in ends if x.gain > LEFT]
     for left in (whole, *(x for x in ends if x.chi2 > whole.chi2)) if far else near:
@@ -63,9 +51,9 @@ def but_noise(f: Fit, floor: float) -> bool:
     return mean_square(plain_white(f)) < CREDIBLE**2 * floor
 
 
-def _by_the_instrument(outcome: Outcome, floor: float) -> Leftover | None:
+def _by_the_instrument(remains: Remains, floor: float) -> Leftover | None:
     """An error of how sweeps are taken, if it leaves but noise."""
-    found = misread(outcome.judge, outcome.base)
-    count = sum(np.count_nonzero(e) for e in outcome.base.white)
-    left = (misfit(outcome.base) - found.chi2) / max(count, 1)
+    base, found = remains.outcome.base, misreading(remains.of_base)
+    count = sum(np.count_nonzero(e) for e in base.white)
+    left = (misfit(base) - found.chi2) / max(count, 1)
     return found if found.gain > LEFT and left < CREDIBLE**2 * floor else None
