@@ -25,8 +25,10 @@ def corrected(
     amounts = np.zeros(columns(base).shape[1])
     best, fit, found = base, base, amounts
     for _ in range(STEPS):
-        tangent = Tangent.of(*judge.tangent(fit))
-        amounts = amounts - np.linalg.lstsq(tangent.off(columns(fit)), tangent.r, rcond=1e-10)[0]
+        tangent, changes = Tangent.of(*judge.tangent(fit)), columns(fit)
+        if not np.all(np.isfinite(changes)):  # two samples have come to stand for one frequency
+            break
+        amounts = amounts - np.linalg.lstsq(tangent.off(changes), tangent.r, rcond=1e-10)[0]
         e = replace(base.hypothesis.experiment, series=without(amounts))
         fit = judge.fit(replace(base.hypothesis, experiment=e), [fit.theta], ITERATIONS)
         if not fit.bic < best.bic - ENOUGH:

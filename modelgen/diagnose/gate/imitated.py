@@ -9,13 +9,16 @@ from modelgen.diagnose.gate.instrument import lead
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.narrow import narrow
 from modelgen.diagnose.gate.rivals import LEFT
-from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.diagnose.hypotheses.refit import Fit, misfit
 from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
 from modelgen.diagnose.search.claim import own_gain
 
 BETTER = 0.9
 """A description without a catalogue is taken before named effects that gain less than this share of its
 evidence."""
+NEARER = 2.0
+"""Far from the recordings, an error of how they were taken leaves less than a half of what named effects do,
+in rms, where it is told in their place."""
 
 
 def imitating(
@@ -33,14 +36,18 @@ def _imitated(remains: Remains, left: Leftover) -> Leftover | None:
     is pumped or jumps."""
     setting, outcome = remains.setting, remains.outcome
     judge, best = outcome.judge, outcome.best
-    if judge.temper > 1.0 or not best.hypothesis.added:
+    if not best.hypothesis.added:
         return None
+    far = judge.temper > 1.0
     if setting.model.is_time_model:
-        return _ahead(*sudden(setting.model, judge, outcome.base, best))
+        return None if far else _ahead(*sudden(setting.model, judge, outcome.base, best))
     error = misreading(remains.of_base)
+    near = not far or NEARER**2 * (misfit(outcome.base) - error.chi2) < misfit(best)
     least = LEFT - ALARM * (len(best.ids) - 1)  # each effect more has to gain as much to be claimed
-    if error.weights and lead(judge, best, error) > least:
+    if error.weights and near and lead(judge, best, error) > least:
         return error
+    if far:
+        return None
     whole = remains.likeliest(remains.of_base)
     found = _ahead(whole, gained(setting, outcome, best))
     return whole if found is None and _outdescribed(setting, outcome, left, whole) else found

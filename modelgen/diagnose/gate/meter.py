@@ -24,13 +24,11 @@ RANGES = 100
 DISTORTED = "a distortion of the meter: Z is off by a factor that depends on its modulus alone"
 SWITCHED = "a range of the meter that is switched: where |Z| is above {0:.3g} {1}, Z is off by a factor"
 TIMES = (0.03, 0.1, 0.3, 1.0)
-"""Times of a sweep after which a reference creeps but with the logarithm of the time; of two that
-are neighbours any between them is made."""
+"""Times of a sweep after which a reference creeps but with the logarithm of the time; of two that are
+neighbours any between them is made."""
 CREPT = "a phase of the reference that creeps with time, ever slower"
 SKEWED = "a detector whose two parts are not at right angles, or not read with one gain"
 KEPT = "a meter that does not settle: each reading keeps a part of the one before it"
-
-
 ANY_WAY = 4
 """Sweeps of which each may have been taken in any direction; of more all are upwards."""
 Columns = tuple[str, int, list[Array]]
@@ -41,21 +39,13 @@ def distorted(series: Sequence[Series]) -> Iterator[Columns]:
     """Real factors that are powers of |Z|, or waves over its logarithm."""
     low, top = min(float(s.size.min()) for s in series), max(float(s.size.max()) for s in series)
     x = [s.size[:, None] / top for s in series]
-    yield (
-        DISTORTED,
-        1 + len(WAVES),
-        [s.reference[:, None] * u ** np.array(POWERS) for s, u in zip(series, x, strict=True)],
-    )
-    if low == top or low <= 0:
-        return
-    turns = [np.pi * np.log(u) / np.log(low / top) for u in x]
-    for most in WAVES:
-        waves = [np.cos(u * np.arange(1, most + 1)) for u in turns]
-        yield (
-            DISTORTED,
-            1 + len(WAVES),
-            [s.reference[:, None] * w for s, w in zip(series, waves, strict=True)],
-        )
+    factors = [[u ** np.array(POWERS) for u in x]]
+    if 0 < low < top:
+        turns = [np.pi * np.log(u) / np.log(low / top) for u in x]
+        factors += [[np.cos(u * np.arange(1, most + 1)) for u in turns] for most in WAVES]
+    for factor in factors:
+        parts = [s.reference[:, None] * a for s, a in zip(series, factor, strict=True)]
+        yield DISTORTED, len(factors), parts
 
 
 def switched(series: Sequence[Series]) -> Iterator[Columns]:
