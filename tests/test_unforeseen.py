@@ -81,18 +81,18 @@ def test_a_heater_goes_on_and_off_without_a_step():
 def test_a_feeble_oscillator_is_pulled_by_reactance_alone():
     w = np.array([1.0, 10.0, 100.0])
     form = {"novel:pulled_oscillator": {"size": 0.01}}
-    np.testing.assert_array_equal(unforeseen.pulled(lambda w: 5 + 0j * w, w, form), 5)
-    coil = unforeseen.pulled(lambda w: 1j * w, w, form)
+    np.testing.assert_array_equal(once_unforeseen.pulled(lambda w: 5 + 0j * w, w, form), 5)
+    coil = once_unforeseen.pulled(lambda w: 1j * w, w, form)
     np.testing.assert_allclose(coil, 1.01j * w)
-    np.testing.assert_allclose(unforeseen.pulled(lambda w: 1 / (1j * w), w, form), 1 / (0.99j * w))
+    np.testing.assert_allclose(once_unforeseen.pulled(lambda w: 1 / (1j * w), w, form), 1 / (0.99j * w))
 
 
 def test_a_logarithmic_detector_errs_by_magnitude_alone_and_alike_in_each_stage():
     Z, form = np.exp(np.linspace(0, 2, 50) + 1j), {"size": 0.1, "stage": 0.5, "phase": 1.0}
-    told = unforeseen.at_terminals(Z, {"novel:log_ripple": form}, 1.0) / Z
+    told = once_unforeseen.detected(Z, {"novel:log_ripple": form}, 1.0) / Z
     np.testing.assert_allclose(told.imag, 0, atol=1e-12)
     assert 0.9 < told.real.min() < 0.91 and 1.10 < told.real.max() < np.exp(0.1)
-    next_stage = unforeseen.at_terminals(Z * np.exp(0.5 - 2j), {"novel:log_ripple": form}, 1.0)
+    next_stage = once_unforeseen.detected(Z * np.exp(0.5 - 2j), {"novel:log_ripple": form}, 1.0)
     np.testing.assert_allclose(next_stage / (Z * np.exp(0.5 - 2j)), told)
 
 
@@ -102,6 +102,58 @@ def test_a_chain_without_end_is_as_it_was_with_one_more_bead():
     np.testing.assert_allclose(2j * x + 1 / (1 / Z + 2j * x), Z, atol=1e-9)
     assert (Z.real[x < 1] > 0).all() and not Z.real[x > 1].any()
     assert abs(unforeseen.chain(np.array([50.0]))[0] - 100j) > 90  # the first bead alone moves: 2 j x
+
+
+def test_sidebands_show_what_bends_with_frequency_alone_and_a_resonance_at_either_side():
+    """A resistor and a coil are the mean of their own at both sidebands, even where one is below zero."""
+    w, form = (
+        2 * np.pi * np.linspace(10, 2000, 1991),
+        {"novel:rippling_supply": {"size": 0.4, "ripple": 150.0}},
+    )
+    np.testing.assert_allclose(unforeseen.rippled(lambda w: 5 + 3j * w, w, form), 5 + 3j * w, atol=1e-2)
+
+    def resonance(w):
+        return 1 / (1 + 100j * (w / 6000 - 6000 / w))
+
+    added = np.abs(unforeseen.rippled(resonance, w, form) * 1.08 - resonance(w))
+    tops = np.flatnonzero((added[1:-1] > added[:-2]) & (added[1:-1] > added[2:])) + 1
+    away = w[tops[np.argsort(added[tops])[-2:]]] / (2 * np.pi) - 6000 / (2 * np.pi)
+    np.testing.assert_allclose(sorted(away), [-150, 150], atol=1)
+    np.testing.assert_allclose(added[tops].max(), 0.04, rtol=0.05)
+
+
+def test_a_loose_mass_lies_still_below_g_and_no_force_lifts_it_for_long_above():
+    """Against its flight in steps of time: its weight is carried on average, and what it takes up is lost."""
+    unit = np.array([0.3, 0.99])
+    np.testing.assert_allclose(unforeseen.carried(unit), 1)
+    for flight in (1.0, 3.0, 6.0):
+        (shaken,), (N,) = unforeseen.hop(np.array([flight]))
+        left, n = np.arcsin(1 / shaken), 200_000
+        a = left + 2 * np.pi * (np.arange(n) + 0.5) / n
+        down, speed = a > left + flight, shaken * np.cos(left)
+        blow = shaken * np.cos(left + flight) - (speed - flight)
+        held = np.where(down, 1 - shaken * np.sin(a), 0)
+        assert held.min() > -1e-9 and held.mean() * 2 * np.pi + blow == pytest.approx(2 * np.pi, rel=1e-4)
+        height = 1 + speed * flight - flight**2 / 2
+        assert height == pytest.approx(shaken * np.sin(left + flight), abs=1e-9)
+        # over a cycle the floor gives π shaken² |Im N| of the mass's (g/ω)²: what the landing takes
+        assert -np.pi * shaken**2 * N.imag == pytest.approx(blow**2 / 2, rel=1e-9)
+    edge = np.sqrt(1 + np.pi**2)
+    before, after = unforeseen.carried(edge * np.array([1 - 1e-9, 1 + 1e-9]))
+    assert before == pytest.approx(after, abs=1e-6)
+    assert -np.pi * 100 * unforeseen.carried(np.array([10.0]))[0].imag == pytest.approx(2 * np.pi**2)
+
+
+def test_a_loose_mass_shows_where_it_is_shaken_alone():
+    x = np.geomspace(0.1, 10, 200)
+    Z = 0.1 + 1j * (x - 1 / x)
+    form = {"size": 0.05, "peak": 4.0}
+    moved = unforeseen.hopped(7 * Z, x, 7.0, {"novel:hopping_grain": form}) / 7
+    shaken = 4 * (x / np.abs(Z)) / (x / np.abs(Z)).max()
+    np.testing.assert_allclose(moved[shaken < 0.99], Z[shaken < 0.99], atol=1e-12)
+    assert (np.abs(moved - Z)[shaken > 1.2] > 1e-3 * x[shaken > 1.2]).all() and (
+        moved.real >= 0.1 - 1e-12
+    ).all()
 
 
 def test_a_dome_snaps_over_and_back_at_places_of_its_own_whatever_the_rate():

@@ -50,7 +50,7 @@ class GmmScene(Sweeps):
             chi = self.flux[i] if w is set_to else flux(w / (2 * np.pi * self.base["f_c"]))
             return impedance(w, {**p, **known}, strength, self.scale, order, chi)
 
-        return unforeseen.pulled(read, set_to, strength)
+        return self._set_to(set_to, read, strength)
 
 
 def flux(ratio: Array) -> Complex:
@@ -66,7 +66,8 @@ def impedance(w: Array, p: Base, e: Strength, scale: Scale, order: Array, chi: C
     mu = _permeability(w, p, e, top, chi)
     # Balance of forces at the driven end: A d H / S = (rod + load) v
     push = A * d * N / (S * l)
-    motion = push / (_rod(w, A / (l * S), e, top) + _load(w, p, e, scale))  # v / I
+    whole = _rod(w, A / (l * S), e, top) + _load(w, p, e, scale)
+    motion = push / unforeseen.hopped(whole, w / scale.w0, scale.mass * scale.w0, e)  # v / I
     # Faraday: mean B over the rod, from its mean stress (u/l - d H)/S
     flux_per_amp = A * ((mu - d**2 / S) * N / l + d * motion / (1j * w) / (l * S))
     winding = p["R_0"] * _winding(w, e, top, order)
@@ -85,7 +86,6 @@ def impedance(w: Array, p: Base, e: Strength, scale: Scale, order: Array, chi: C
     if s := e.get("novel:mains_hum"):
         Z = Z + mains_hum(w, s, p["R_0"])
     Z = once_unforeseen.at_terminals(Z, w, e, top, p["R_0"], order)
-    Z = unforeseen.at_terminals(Z, e, p["R_0"])
     if s := e.get("sensor_delay"):
         Z = Z * np.exp(-1j * w / top * s["size"])
     return np.asarray(Z)

@@ -7,7 +7,7 @@ sweep whatever known mass is added: its figures are relative to `Scale`.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -57,6 +57,10 @@ class Sweeps(ABC):
     def white(self, i: int, e: Array, data: Array) -> Array:
         return white_sweep(self.f[i], self.levels, e, data)
 
+    def _set_to(self, w: Array, read: Callable[[Array], Complex], e: Strength) -> Complex:
+        """Z [ohm] of a device that `read` tells, as its analyser does when set to ω [rad/s]."""
+        return unforeseen.rippled(lambda w: once_unforeseen.pulled(read, w, e), w, e)
+
     @abstractmethod
     def _sweep(self, p: Base, i: int, strength: Strength) -> Complex:
         """Z [ohm] of sweep i."""
@@ -76,7 +80,7 @@ class ImpedanceScene(Sweeps):
         def read(w: Array) -> Complex:
             return impedance(w, {**p, **known}, strength, self.scale, order)
 
-        return unforeseen.pulled(read, 2 * np.pi * f, strength)
+        return self._set_to(2 * np.pi * f, read, strength)
 
 
 def in_order(n: int, first: int) -> Array:
@@ -103,7 +107,6 @@ def impedance(w: Array, p: Base, e: Strength, scale: Scale, order: Array) -> Com
     if s := e.get("novel:mains_hum"):
         Z = Z + mains_hum(w, s, p["R_e"])
     Z = once_unforeseen.at_terminals(Z, w, e, top, p["R_e"], order)
-    Z = unforeseen.at_terminals(Z, e, p["R_e"])
     if s := e.get("sensor_delay"):
         Z = Z * np.exp(-1j * w / top * s["size"])
     return Z
@@ -194,7 +197,7 @@ def _mechanical(w: Array, p: Base, e: Strength, scale: Scale) -> Complex:
         Z = 1j * w * coil + 1 / (1 / (Z - 1j * w * coil) + 1j * w / joint)
     if "cubic_stiffness" in e or "quadratic_damping" in e:
         Z = _at_amplitude(w, Z, p, e, w0)
-    return np.asarray(Z)
+    return unforeseen.hopped(np.asarray(Z), w / w0, M * w0, e)
 
 
 def suspension(w: Array, K: complex, s: Form, top: float) -> Complex:

@@ -6,7 +6,7 @@ Chosen from what happens on benches, without a look at what the diagnosis could 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,8 @@ SWEEPS: Sizes = {
     "novel:echoing_line": (0.01, 0.6),
     "novel:ferroresonance": (0.05, 8.0),
     "novel:phase_creep": (0.002, 0.5),
+    "novel:pulled_oscillator": (3e-4, 0.05),
+    "novel:log_ripple": (0.001, 0.2),
 }
 FORCE: Sizes = {
     "novel:pumped_stiffness": (0.005, 0.5),
@@ -30,6 +32,15 @@ FORCE: Sizes = {
     "novel:thermostat": (0.003, 0.3),
 }
 STIFFNESS: Sizes = {"novel:echo": (0.005, 0.5)}
+
+
+def pulled(read: Callable[[Array], Complex], w: Array, e: Strength) -> Complex:
+    """What `read` gives at ω [rad/s], or where a feeble oscillator really is that was set there: the load
+    pulls it by `size` times the sine of its own phase."""
+    Z = read(w)
+    if s := e.get("novel:pulled_oscillator"):
+        Z = read(w * (1 + s["size"] * Z.imag / np.abs(Z)))
+    return Z
 
 
 def at_terminals(Z: Complex, w: Array, e: Strength, top: float, z: float, order: Array) -> Complex:
@@ -42,6 +53,15 @@ def at_terminals(Z: Complex, w: Array, e: Strength, top: float, z: float, order:
     if s := e.get("novel:phase_creep"):  # of the reference, with the logarithm of the time
         creep = np.log1p(np.clip(order, 0, None) / s["tau"]) / np.log1p(1 / s["tau"])
         Z = Z * np.exp(-1j * s["size"] * creep)
+    return detected(Z, e, z)
+
+
+def detected(Z: Complex, e: Strength, z: float) -> Complex:
+    """An impedance [ohm] as a detector tells it whose logarithm is that of a chain of limiting stages: once a
+    stage, of `stage` in ln |Z|, it reads too much and too little. `z` [ohm] is where the first begins."""
+    if s := e.get("novel:log_ripple"):
+        stages = np.log(np.abs(Z) / z) / s["stage"]
+        Z = Z * np.exp(s["size"] * np.sin(2 * np.pi * stages + s["phase"]))
     return Z
 
 
@@ -94,6 +114,8 @@ def draw_form(rng: np.random.Generator, effect: str, size: float) -> dict[str, A
         "novel:echoing_line": {"trips": (4, 10)},
         "novel:ferroresonance": {"at": (0.1, 0.6), "q": (8, 20), "bend": (2, 6)},
         "novel:phase_creep": {"tau": (0.02, 0.3)},
+        "novel:pulled_oscillator": {},
+        "novel:log_ripple": {"stage": (0.4, 1.0), "phase": (0, 6)},
         "novel:pumped_stiffness": {"pump": (2.3, 9), "phase": (0, 6)},
         "novel:loose_clamp": {"tau": (4, 9), "phase": (0, 6)},
         "novel:thermostat": {"period": (3, 9), "duty": (0.3, 0.6), "slow": (0.2, 0.5), "phase": (0, 1)},

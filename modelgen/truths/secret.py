@@ -37,11 +37,13 @@ FORESEEN = (
     "novel:echo",
     "novel:echoing_line",
     "novel:ferroresonance",
+    "novel:log_ripple",
     "novel:loose_clamp",
     "novel:mains_hum",
     "novel:mount_modes",
     "novel:phase_creep",
     "novel:position_periodic",
+    "novel:pulled_oscillator",
     "novel:pumped_stiffness",
     "novel:thermostat",
 )

@@ -18,9 +18,9 @@ from .solve import Strength
 
 # effect -> (first size tried, largest plausible size)
 SWEEPS: Sizes = {
-    "novel:pulled_oscillator": (3e-4, 0.05),
-    "novel:log_ripple": (0.001, 0.2),
     "novel:bead_chain": (0.003, 0.5),
+    "novel:rippling_supply": (0.02, 0.6),
+    "novel:hopping_grain": (0.003, 0.4),
 }
 FORCE: Sizes = {
     "novel:snapping_dome": (0.005, 0.5),
@@ -30,21 +30,16 @@ FORCE: Sizes = {
 STIFFNESS: Sizes = {"novel:thixotropy": (0.01, 0.8)}
 
 
-def pulled(read: Callable[[Array], Complex], w: Array, e: Strength) -> Complex:
-    """What `read` gives at ω [rad/s], or where a feeble oscillator really is that was set there: the load
-    pulls it by `size` times the sine of its own phase."""
+def rippled(read: Callable[[Array], Complex], w: Array, e: Strength) -> Complex:
+    """What `read` gives at ω [rad/s], or with one supply for source and detector that ripples by `size`: each
+    sideband of the drive passes the device, and the detector brings it back to ω."""
     Z = read(w)
-    if s := e.get("novel:pulled_oscillator"):
-        Z = read(w * (1 + s["size"] * Z.imag / np.abs(Z)))
-    return Z
-
-
-def at_terminals(Z: Complex, e: Strength, z: float) -> Complex:
-    """An impedance [ohm] as a detector tells it whose logarithm is that of a chain of limiting stages: once a
-    stage, of `stage` in ln |Z|, it reads too much and too little. `z` [ohm] is where the first begins."""
-    if s := e.get("novel:log_ripple"):
-        stages = np.log(np.abs(Z) / z) / s["stage"]
-        Z = Z * np.exp(s["size"] * np.sin(2 * np.pi * stages + s["phase"]))
+    if s := e.get("novel:rippling_supply"):
+        ripple, share = 2 * np.pi * s["ripple"], s["size"] ** 2 / 4
+        for side in (w + ripple, w - ripple):
+            off = read(np.maximum(np.abs(side), 1e-6 * ripple))
+            Z = Z + share * np.where(side < 0, off.conj(), off)
+        Z = Z / (1 + 2 * share)
     return Z
 
 
@@ -59,6 +54,49 @@ def chain(x: Array) -> Complex:
     """Impedance over √(k m) at the first of endlessly many beads m on springs k, x = ω/(2 √(k/m)): waves
     carry power away up to x = 1, and none enters beyond."""
     return np.asarray(1j * x + np.where(x < 1, 1, -1j) * np.sqrt(np.abs(1 - x**2)))
+
+
+FLIGHTS = np.linspace(0, 2 * np.pi, 401)[4:]
+
+
+def hopped(Z: Complex, x: Array, unit: float, e: Strength) -> Complex:
+    """Mechanical impedance [N·s/m] of all that moves, at ω = x ω0 under constant current; `unit` is M ω0. A
+    share `size` of the mass, weighed with the rest, lies loose upon it, and hops where that is shaken harder
+    than g: the drive of a sweep is set for `peak` g at most."""
+    if not (s := e.get("novel:hopping_grain")):
+        return Z
+    m, drive = 1j * x * s["size"] * unit, s["peak"] * float(np.min(np.abs(Z) / x))
+    lo, hi = np.zeros(len(x)), np.full(len(x), 1e6)
+    for _ in range(60):
+        shaken = 0.5 * (lo + hi)
+        over = shaken * np.abs(Z + m * (carried(shaken) - 1)) > drive * x
+        lo, hi = np.where(over, lo, shaken), np.where(over, shaken, hi)
+    return np.asarray(Z + m * (carried(0.5 * (lo + hi)) - 1))
+
+
+def carried(shaken: Array) -> Complex:
+    """First harmonic of the force that carries a loose mass, over that of a fixed one, at an acceleration
+    over g. From √(1 + π²) on it leaves as it lands, and each flight takes one period."""
+    known, N = hop(FLIGHTS)
+    far = np.maximum(shaken, known[-1])
+    always = -2 * (np.sqrt(far**2 - np.pi**2) + 1j * np.pi) / far**2
+    partly = np.interp(shaken, np.append(1, known), np.append(1, N))
+    return np.asarray(np.where(shaken < known[-1], partly, always))
+
+
+def hop(flight: Array) -> tuple[Array, Complex]:
+    """Acceleration over g that throws a mass which doesn't bounce for an angle `flight` of the motion sin θ,
+    and what `carried` is there: it leaves where the floor falls at g, and takes the floor's speed at once."""
+    speed = (flight**2 / 2 - 1 + np.cos(flight)) / (flight - np.sin(flight))  # at which it leaves, in g/ω
+    shaken, left = np.hypot(1, speed), np.arctan2(1, speed)
+    lands = left + flight
+    blow = shaken * np.cos(lands) - (speed - flight)
+
+    def held(a: Array) -> Complex:  # ∫(1 - shaken sin θ) e^{-jθ} dθ
+        return np.asarray(1j * np.exp(-1j * a) + shaken * (0.5j * a + 0.25 * np.exp(-2j * a)))
+
+    pushed = held(left + 2 * np.pi) - held(lands) + blow * np.exp(-1j * lands)
+    return np.asarray(shaken), np.asarray(pushed / (1j * np.pi * shaken))
 
 
 def force(x: Array, v: Array, dt: float, e: Strength) -> Array:
@@ -115,9 +153,9 @@ def broken(speed: Array, order: Array, e: Strength) -> Array:
 def draw_form(rng: np.random.Generator, effect: str, size: float) -> dict[str, Any]:
     """The parameters of one effect; "at" is a frequency over the resonance, or in Hz at full reach."""
     spans: Spans = {
-        "novel:pulled_oscillator": {},
-        "novel:log_ripple": {"stage": (0.4, 1.0), "phase": (0, 6)},
         "novel:bead_chain": {"at": (0.85, 1.5)},
+        "novel:rippling_supply": {"ripple": (90, 400)},  # in Hz
+        "novel:hopping_grain": {"peak": (1.6, 5)},
         "novel:snapping_dome": {"over": (0.25, 0.5), "width": (0.3, 0.6)},
         "novel:knock": {"rings": (15, 40), "tau": (0.05, 0.2)},
         "novel:leaky_detector": {},
