@@ -31,7 +31,7 @@ from modelgen.diagnose.hypotheses.moderate import moderated
 from modelgen.diagnose.hypotheses.open_shapes import fairly_priced
 from modelgen.diagnose.hypotheses.ranking import Standing, as_ranked, close, standings, weights
 from modelgen.diagnose.hypotheses.refit import Fit, enough, mean_square, plain_white
-from modelgen.diagnose.hypotheses.setting import CLOSE, Outcome, Setting, nearest
+from modelgen.diagnose.hypotheses.setting import CLOSE, TEMPER, Outcome, Setting, nearest
 from modelgen.diagnose.verdict import Finding, Trial, Verdict
 from modelgen.fit.result import Estimate
 from modelgen.fit.series import Array
@@ -139,14 +139,26 @@ def _as_far_as_it_reaches(
     setting: Setting, outcome: Outcome, gate: Gate, standing: tuple[Standing, ...]
 ) -> tuple[Standing, ...]:
     """Less sure names where far more than noise is left: by the part of the way to the recordings that is
-    missing; half as sure those that need a smooth error beside them that nobody stated."""
+    missing; half as sure those that need a smooth error beside them that nobody stated; and by the odds of an
+    error of how the sweeps were taken, where one would do as well."""
     if gate.beside:
-        rest = f"unknown_{gate.leftover.port or _only_port(setting)}"
-        others = [tuple(dict.fromkeys((*x.equivalents, rest))) for x in standing]
-        return tuple(replace(x, equivalents=y) for x, y in zip(_halved(standing), others, strict=True))
+        return _beside(_halved(standing), gate.leftover.port or _only_port(setting))
     before, after = (mean_square(plain_white(f)) for f in (nearest(setting, outcome.base), outcome.best))
     reached = reach(before, after, gate.floor)
-    return tuple(replace(x, probability=x.probability * reached) for x in standing)
+    if gate.error is not None:
+        reached /= 1 + float(np.exp(gate.error.gain / (2 * TEMPER))) / COMMONER
+    less_sure = tuple(replace(x, probability=x.probability * reached) for x in standing)
+    return less_sure if gate.error is None else _beside(less_sure, gate.error.port)
+
+
+COMMONER = 5.0
+"""Times as common as an error of how sweeps are taken is physics of the catalogue."""
+
+
+def _beside(standing: Sequence[Standing], port: str) -> tuple[Standing, ...]:
+    """Names with what is unknown at the port among their equivalents."""
+    rest = f"unknown_{port}"
+    return tuple(replace(x, equivalents=tuple(dict.fromkeys((*x.equivalents, rest)))) for x in standing)
 
 
 def _stands(

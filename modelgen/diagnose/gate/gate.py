@@ -10,7 +10,7 @@ import numpy as np
 
 from modelgen.diagnose.gate.describe import described
 from modelgen.diagnose.gate.generic import Remains
-from modelgen.diagnose.gate.imitated import gained, imitating
+from modelgen.diagnose.gate.imitated import Imitated, gained, imitating
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.line import gained_beside
 from modelgen.diagnose.gate.not_stated import not_stated
@@ -70,6 +70,8 @@ class Gate:
     """The named effects, where the data do not exclude them beside it."""
     beside: bool = False
     """Whether the named effects need a smooth error that nobody stated, larger than what they explain."""
+    error: Leftover | None = None
+    """An error of how sweeps were taken that would do as well; `gain`: by how much it is ahead."""
 
 
 FARTHER = 1.5
@@ -115,7 +117,8 @@ def judge_adequacy(
     rival = None if whole is not None else outdone(setting, outcome)
     if rival is not None and unknown and left.gain > rival[1] + LEFT:  # and it is described better
         rival = None
-    other, notes = (None, ()) if unknown else imitating(remains, left, oddity)
+    imitated = Imitated(None) if unknown else imitating(remains, left, oddity)
+    other, notes = imitated.other, imitated.notes
     other = oddity if oddity is not None and not best.hypothesis.added else other
     more = None if unknown or other is not None or rival is not None else not_stated(setting, outcome)
     if other is not None or more is not None:
@@ -136,7 +139,8 @@ def judge_adequacy(
     probability = _probability(left, structured, more is not None, lead)
     scale = float(np.sqrt(floor))
     notes += level_note(scale) if stated and not far else ()
-    return Gate(unknown, left, probability, floor, scale, words, notes, fit, tied, beside)
+    error = None if unknown else imitated.error
+    return Gate(unknown, left, probability, floor, scale, words, notes, fit, tied, beside, error)
 
 
 def _probability(left: Leftover, structured: bool, may_be_noise: bool, lead: float | None) -> float:

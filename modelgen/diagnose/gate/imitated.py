@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
+import numpy as np
+
 from modelgen.diagnose.gate.describe import described
 from modelgen.diagnose.gate.generic import Remains, misreading
 from modelgen.diagnose.gate.in_time import sudden
@@ -10,7 +14,7 @@ from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.narrow import narrow
 from modelgen.diagnose.gate.rivals import LEFT
 from modelgen.diagnose.hypotheses.refit import Fit, misfit
-from modelgen.diagnose.hypotheses.setting import ALARM, Outcome, Setting
+from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Outcome, Setting
 from modelgen.diagnose.search.claim import own_gain
 
 BETTER = 0.9
@@ -21,35 +25,56 @@ NEARER = 2.0
 in rms, where it is told in their place."""
 
 
-def imitating(
-    remains: Remains, left: Leftover, oddity: Leftover | None
-) -> tuple[Leftover | None, tuple[str, ...]]:
-    """What named effects imitate, if anything; else what is said of outliers that have a common cause."""
+@dataclass(frozen=True)
+class Imitated:
+    """What named effects imitate, or None; what is said beside them; and an error of how sweeps were taken
+    that would do as well, with as its gain by how much it is ahead of them."""
+
+    other: Leftover | None
+    notes: tuple[str, ...] = ()
+    error: Leftover | None = None
+
+
+def imitating(remains: Remains, left: Leftover, oddity: Leftover | None) -> Imitated:
+    """What named effects imitate, if anything; else what is said of outliers that have a common cause, and of
+    an error that would do as well."""
     outcome = remains.outcome
+    if not outcome.best.hypothesis.added:
+        return Imitated(narrow(outcome))
+    error, ahead = _misread(remains)
+    least = CLOSE - ALARM * (len(outcome.best.ids) - 1)  # each effect more has to gain as much to be claimed
+    if ahead > least:
+        return Imitated(error)
     other = _imitated(remains, left) or narrow(outcome)
-    told = oddity is not None and bool(outcome.best.hypothesis.added) and other is None
-    return other, (oddity.says,) if told and oddity is not None else ()
+    if other is not None:
+        return Imitated(other)
+    notes: tuple[str, ...] = () if oddity is None else (oddity.says,)
+    if ahead < -CLOSE:
+        return Imitated(None, notes)
+    return Imitated(None, (*notes, f"as well it may be {error.says}"), replace(error, gain=ahead))
+
+
+def _misread(remains: Remains) -> tuple[Leftover, float]:
+    """The likeliest error of how sweeps were taken, and by how much it is ahead of named effects."""
+    outcome, error = remains.outcome, misreading(remains.of_base)
+    if not error.weights:
+        return error, -np.inf
+    far = outcome.judge.temper > 1.0
+    if far and NEARER**2 * (misfit(outcome.base) - error.chi2) > misfit(outcome.best):
+        return error, -np.inf
+    return error, lead(outcome.judge, outcome.best, error)
 
 
 def _imitated(remains: Remains, left: Leftover) -> Leftover | None:
     """What no catalogue holds but fits sweeps better than the named effects do, and by far; or over time what
     is pumped or jumps."""
     setting, outcome = remains.setting, remains.outcome
-    judge, best = outcome.judge, outcome.best
-    if not best.hypothesis.added:
+    if outcome.judge.temper > 1.0:
         return None
-    far = judge.temper > 1.0
     if setting.model.is_time_model:
-        return None if far else _ahead(*sudden(setting.model, judge, outcome.base, best))
-    error = misreading(remains.of_base)
-    near = not far or NEARER**2 * (misfit(outcome.base) - error.chi2) < misfit(best)
-    least = LEFT - ALARM * (len(best.ids) - 1)  # each effect more has to gain as much to be claimed
-    if error.weights and near and lead(judge, best, error) > least:
-        return error
-    if far:
-        return None
+        return _ahead(*sudden(setting.model, outcome.judge, outcome.base, outcome.best))
     whole = remains.likeliest(remains.of_base)
-    found = _ahead(whole, gained(setting, outcome, best))
+    found = _ahead(whole, gained(setting, outcome, outcome.best))
     return whole if found is None and _outdescribed(setting, outcome, left, whole) else found
 
 
