@@ -25,6 +25,7 @@ from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, 
 from modelgen.diagnose.noise.follows import ignores_motion
 from modelgen.diagnose.noise.noise import FITS, first_order, fitful, scatter
 from modelgen.diagnose.noise.recolour import CONTENDERS, GROSS_ESTIMATED, beyond
+from modelgen.diagnose.noise.replica import motion_matters
 from modelgen.diagnose.search.claim import CREDIBLE
 from modelgen.fit.series import Array
 
@@ -212,11 +213,12 @@ def _beside(before: float, after: float) -> bool:
 
 
 def _far(outcome: Outcome, left: Leftover, after: float, scatter: float, told: bool) -> bool:
-    """Whether what the best hypothesis leaves is more than noise: of a noise that is independent, and whose
-    level nobody has `told`, more than the scatter between neighbours."""
+    """Whether what the best hypothesis leaves is more than noise: of a noise that is independent, as errors
+    of a motion are not, and whose level nobody has `told`, more than the scatter between neighbours."""
     if left.gain > LEFT or outcome.judge.temper > 1.0:
         return True
-    independent = all(w.order == 0 and w.root is None for w in outcome.judge.whiteners)
+    whiteners = outcome.judge.whiteners
+    independent = all(w.order == 0 and w.root is None for w in whiteners) and not motion_matters(whiteners)
     return not told and independent and after > FAR**2 * scatter
 
 

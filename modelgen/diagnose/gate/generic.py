@@ -41,6 +41,7 @@ class Remains:
     def likeliest(self, found: Sequence[Leftover]) -> Leftover:
         """The one that gains most; with a gain of 0 and empty words where none gains anything."""
         best = max(found, key=lambda x: x.gain, default=NOTHING)
+        best = best if best.gain > 0 else replace(best, says="")
         model = self.setting.model
         if best.says or not model.is_time_model:
             return best
