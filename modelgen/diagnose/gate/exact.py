@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modelgen.diagnose.gate.gate import Gate
-from modelgen.diagnose.gate.leftover import Leftover
+from modelgen.diagnose.gate.leftover import NOTHING
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE
 from modelgen.diagnose.hypotheses.refit import Fit, mean_square, plain_white
 from modelgen.diagnose.hypotheses.setting import Outcome
@@ -38,7 +38,7 @@ def nothing_left(outcome: Outcome, enough: bool) -> Gate:
     floor = max(mean_square(plain_white(outcome.base)), 1e-300)
     words = "next to nothing, as of simulated recordings that hold no noise"
     notes = (NOTE,) if enough else ()
-    return Gate(False, Leftover(0.0, 0.0, "", ""), 1 - OUTSIDE, floor, float(np.sqrt(floor)), words, notes)
+    return Gate(False, NOTHING, 1 - OUTSIDE, floor, float(np.sqrt(floor)), words, notes)
 
 
 NOTE = "the model leaves no more than arithmetic and rounding do: these recordings hold no noise"

@@ -12,7 +12,7 @@ import numpy as np
 from modelgen.diagnose.gate.changes import WAVES, Output, changes
 from modelgen.diagnose.gate.channels import places
 from modelgen.diagnose.gate.gains import CHECKED, Noise, noise_of, parted
-from modelgen.diagnose.gate.leftover import Leftover
+from modelgen.diagnose.gate.leftover import NOTHING, Leftover
 from modelgen.diagnose.gate.line import line
 from modelgen.diagnose.gate.ports import felt_terms, felt_waves
 from modelgen.diagnose.gate.tried import Tried, best_of, channel_of, in_channel
@@ -75,7 +75,7 @@ def sudden(model: Model, judge: Judge, base: Fit, named: Fit) -> tuple[Leftover,
     """What gains most on the base of all that is pumped at a frequency of its own, or jumps, as no law of the
     motion does; and what `named` effects gain, by the same measure. Nothing where no motion is recorded."""
     if not model.moved or not enough(base):
-        return Leftover(0.0, 0.0, "", ""), 0.0
+        return NOTHING, 0.0
     plain, fit, tangent = _as_it_is(judge, base)
     tried = [x for x in _changes(model, fit, plain, tangent) if x.left.terms[-1] != WAVES]
     best = max(_checked(tried, plain, fit.white, 0.0), key=lambda x: x.gain)

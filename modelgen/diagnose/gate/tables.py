@@ -12,7 +12,7 @@ from itertools import product
 
 import numpy as np
 
-from modelgen.diagnose.gate.leftover import Leftover
+from modelgen.diagnose.gate.leftover import NOTHING, Leftover
 from modelgen.diagnose.hypotheses.evidence import deviance, effective
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import COLOUR_SWEEP
@@ -42,7 +42,7 @@ def together(judge: Judge, fit: Fit) -> Leftover:
     if most:  # an error of an amplitude shifts all of a table
         shifts = tables.columns([(0, k) for k in range(1, most + 1)])
         known = min(known, _price(plain, fit, *_without(tangent, shifts)))
-    best = Leftover(0.0, 0.0, "", "")
+    best = NOTHING
     for i, k in product(ORDERS, range(most + 1)):
         columns = tables.columns(list(product(range(1, i + 1), range(k + 1))))
         if n - fit.parameters - columns.shape[1] < SPARE:
