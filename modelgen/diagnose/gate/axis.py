@@ -13,7 +13,7 @@ import numpy as np
 
 from modelgen.diagnose.gate.corrected import corrected
 from modelgen.diagnose.gate.gains import CHECKED, gain_of
-from modelgen.diagnose.gate.in_frequency import whitened
+from modelgen.diagnose.gate.in_frequency import SPARE, whitened
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.search.screen import Tangent
@@ -35,6 +35,8 @@ def mistaken(judge: Judge, base: Fit) -> tuple[Fit, str, float] | None:
     n, tangent = effective(base.white), Tangent.of(*judge.tangent(base))
     gain, found = CHECKED, None
     for says, among, shapes in [*_pulled(series), *_bowed([s.inputs[axis] for s in series])]:
+        if n - base.parameters - shapes[0].shape[1] < SPARE:
+            continue
         columns = whitened(judge, series, np.concatenate(_slopes(base, shapes)))
         price = 2 * float(np.log(among))
         if (gained := gain_of(tangent, columns, n, price)[0]) > gain:

@@ -16,7 +16,7 @@ import numpy as np
 from modelgen.diagnose.gate.axis import mistaken
 from modelgen.diagnose.gate.corrected import corrected
 from modelgen.diagnose.gate.gains import CHECKED, gain_of, noise_of
-from modelgen.diagnose.gate.in_frequency import whitened
+from modelgen.diagnose.gate.in_frequency import SPARE, whitened
 from modelgen.diagnose.gate.leftover import NOTHING, Leftover
 from modelgen.diagnose.gate.meter import crept, distorted, kept, skewed, switched
 from modelgen.diagnose.hypotheses.evidence import effective
@@ -54,6 +54,8 @@ def _read(plain: Judge, base: Fit, was: Weights) -> Leftover:
     gain, found = 0.0, None
     kinds = distorted, switched, skewed, kept, crept
     for says, among, parts in chain.from_iterable(kind(series) for kind in kinds):
+        if n - base.parameters - parts[0].shape[1] < SPARE:
+            continue
         columns = whitened(plain, series, np.concatenate(parts))
         price = 2 * float(np.log(among))
         if (gained := gain_of(tangent, columns, n, price)[0]) > max(gain, CHECKED):
