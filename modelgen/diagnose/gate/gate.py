@@ -90,14 +90,14 @@ def judge_adequacy(
     plain = plain_white(best)
     after, before = mean_square(plain), mean_square(plain_white(nearest(setting, outcome.base)))
     many = plain[0].shape[1] >= 8
-    pairs = zip(setting.series, plain, strict=True)
-    rough = float(np.mean([scatter(s, x) ** 2 for s, e in pairs for x in e])) if many else 1.0
+    rough = _rough(setting, plain) if many else 1.0
     stated = all(s.stated for s in setting.series)
     gross = many and not _smooth(setting, outcome) and _gross(setting, plain, stated, float(np.sqrt(rough)))
     remains = Remains(setting, outcome, sensitivities)
     left = _left(remains, after)
     far = gross or _far(outcome, left, after, rough, stated or not many)
-    floor = _floor(after, rough, sum(e.size for e in plain), stated, far)
+    count = sum(e.size for e in plain)
+    floor = _floor(after, rough, count, stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
     farther = bool(best.ids) and after > FARTHER * before  # a smooth error speaks for them
     unknown = farther or (
@@ -110,14 +110,12 @@ def judge_adequacy(
         floor = 1.0
     elif not unknown and best.hypothesis.added and (part := reach(before, after, floor)) < 1.0:
         unknown = _nameless(setting, outcome, left, part)
-    quiet = _floor(after, rough, sum(e.size for e in plain), stated, True)
+    quiet = _floor(after, rough, count, stated, True)
     whole = wholly_described(remains, min(floor, quiet), unknown, after)
     if whole is not None:
         unknown, left = True, whole
         floor = min(floor, quiet) if setting.model.is_time_model else floor
-    rival = None if whole is not None else outdone(setting, outcome)
-    if rival is not None and unknown and left.gain > rival[1] + LEFT:  # and it is described better
-        rival = None
+    rival = None if whole is not None else _rival(setting, outcome, left if unknown else None)
     imitated = Imitated(None) if unknown else imitating(remains, left, oddity)
     other, notes = imitated.other, imitated.notes
     other = oddity if oddity is not None and not best.hypothesis.added else other
@@ -133,15 +131,27 @@ def judge_adequacy(
     words = noise_words(setting, outcome, after, stated)
     fit = rival[0] if rival is not None and other is None else None
     if fit is not None:  # what the description leaves, and not what it explains, is noise
-        rest = mean_square(plain_white(fit))
-        floor = min(floor, _floor(rest, rough, sum(e.size for e in plain), stated, False))
+        floor = min(floor, _floor(mean_square(plain_white(fit)), rough, count, stated, False))
     lead = rival[1] if rival is not None and fit is not None and best.hypothesis.added else None
     tied = best if lead is not None and lead < CLOSE else None
     probability = _probability(left, structured, more is not None, lead)
     scale = float(np.sqrt(floor))
     notes += level_note(scale) if stated and not far else ()
-    error = None if unknown else imitated.error
-    return Gate(unknown, left, probability, floor, scale, words, notes, fit, tied, beside, error)
+    return Gate(unknown, left, probability, floor, scale, words, notes, fit, tied, beside, imitated.error)
+
+
+def _rival(setting: Setting, outcome: Outcome, left: Leftover | None) -> tuple[Fit, float] | None:
+    """What no catalogue holds and outdoes named effects, and by how much; not where what they have `left`
+    unknown is described better."""
+    rival = outdone(setting, outcome)
+    better = rival is not None and left is not None and left.gain > rival[1] + LEFT
+    return None if better else rival
+
+
+def _rough(setting: Setting, plain: Sequence[Array]) -> float:
+    """The mean square of what neighbours scatter of residuals."""
+    pairs = zip(setting.series, plain, strict=True)
+    return float(np.mean([scatter(s, x) ** 2 for s, e in pairs for x in e]))
 
 
 def _probability(left: Leftover, structured: bool, may_be_noise: bool, lead: float | None) -> float:
