@@ -86,6 +86,16 @@ def test_a_phase_that_creeps_is_told(tmp_path: Path) -> None:
     assert found.id == "unknown_electrical" and "creeps with time" in found.says
 
 
+def test_a_phase_that_creeps_alike_in_sweeps_that_go_one_way_may_be_a_smooth_error(tmp_path: Path) -> None:
+    """Of the instrument, over frequency: that is noise which nobody stated."""
+
+    def read(Z: Array) -> Array:
+        return np.asarray(Z * np.exp(-0.002j * np.log1p(np.arange(Z.size) / Z.size / 0.5)))
+
+    found = swept(tmp_path, UP, read)
+    assert found.adequate and "a smooth error of the instrument" in found.summary
+
+
 def test_a_detector_whose_references_are_skewed_is_told(tmp_path: Path) -> None:
     (found,) = swept(tmp_path, UP, lambda Z: Z + 0.004j * Z.real).effects
     assert found.id == "unknown_electrical" and "not at right angles" in found.says
