@@ -4,8 +4,8 @@ memories, lines of a spectrum, all under noise with a colour of its own."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from functools import cache
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -42,7 +42,8 @@ def in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
             for at, group, words, felt in felt_terms(fit, plain)
         ]
         tried = [replace(g, left=replace(g.left, terms=(g.left.terms[0], 0))) for g in tried]
-        return [alone, *_checked([*tried, *_felt_waves(fit, plain, tangent)], plain, fit.white, alone.gain)]
+        tried += _felt_waves(fit, plain, tangent)
+        return [alone, *_checked(tried, Coloured(plain, fit.white), alone.gain)]
     names = model.derived_from(moved)
     z = functions.scaled([s.inputs[moved] for s in e.series])
     v = functions.scaled_speed([s.inputs[names["rate"]] for s in e.series])
@@ -68,7 +69,7 @@ def in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
 
     tried = share(tried_in, [(g, *at) for g in functions.groups() for at in places(model, e.series, g[1])])
     tried += _changes(model, fit, plain, tangent)
-    return [alone, *_checked(tried, plain, fit.white, alone.gain)]
+    return [alone, *_checked(tried, Coloured(plain, fit.white), alone.gain)]
 
 
 def sudden(model: Model, judge: Judge, base: Fit, named: Fit) -> tuple[Leftover, float]:
@@ -77,11 +78,11 @@ def sudden(model: Model, judge: Judge, base: Fit, named: Fit) -> tuple[Leftover,
     if not model.moved or not enough(base):
         return NOTHING, 0.0
     plain, fit, tangent = _as_it_is(judge, base)
+    coloured = Coloured(plain, fit.white)
+    gain = coloured.gain(plain.look(named.hypothesis, named.theta).white)
+    gain -= (named.parameters - base.parameters) * float(np.log(effective(fit.white)))
     tried = [x for x in _changes(model, fit, plain, tangent) if x.left.terms[-1] != WAVES]
-    best = max(_checked(tried, plain, fit.white, 0.0), key=lambda x: x.gain)
-    before = noise_of(plain, fit.white, COLOUR_TIME)
-    gain = _coloured_gain(plain, before, fit.white, plain.look(named.hypothesis, named.theta).white)
-    return best, gain - (named.parameters - base.parameters) * float(np.log(effective(fit.white)))
+    return max(_checked(tried, coloured, gain), key=lambda x: x.gain), gain
 
 
 def _as_it_is(judge: Judge, fit: Fit) -> tuple[Judge, Fit, Tangent]:
@@ -113,25 +114,34 @@ def _felt_waves(fit: Fit, plain: Judge, tangent: Tangent) -> list[Tried]:
     return found
 
 
-def _checked(tried: Sequence[Tried], judge: Judge, white: Sequence[Array], best: float) -> list[Leftover]:
+@dataclass(frozen=True, eq=False)
+class Coloured:
+    """Residuals `white` (channels, n) of each recording, with the likeliest noise of their own."""
+
+    judge: Judge
+    white: Sequence[Array]
+
+    @cached_property
+    def noise(self) -> Noise:
+        return noise_of(self.judge, self.white, COLOUR_TIME)
+
+    def gain(self, left: Sequence[Array]) -> float:
+        """What residuals that are `left` gain on them, each with the likeliest noise of its own."""
+        (price_before, old), (price_after, new) = self.noise, noise_of(self.judge, left, COLOUR_TIME)
+        alone = price_before - price_after
+        if motion_matters(self.judge.whiteners):
+            return alone
+        return min(alone, gain_in_slow_noise(old, self.white, new, left))
+
+
+def _checked(tried: Sequence[Tried], coloured: Coloured, best: float) -> list[Leftover]:
     """Groups of terms with gains that count colours of their own on either side; those that gain no more than
     the `best` even without are not looked at, theirs is what they gain at most."""
-    before = cache(lambda: noise_of(judge, white, COLOUR_TIME))
     found = []
     for g in sorted(tried, key=lambda g: -g.left.gain):
         gain = g.left.gain
         if gain > max(best, CHECKED):
-            gain = min(gain, _coloured_gain(judge, before(), white, parted(g.rest, white)) - g.price)
+            gain = min(gain, coloured.gain(parted(g.rest, coloured.white)) - g.price)
         best = max(best, gain)
         found.append(replace(g.left, gain=gain))
     return found
-
-
-def _coloured_gain(judge: Judge, before: Noise, white: Sequence[Array], left: Sequence[Array]) -> float:
-    """What residuals that are `left` gain on `white`, each with the likeliest noise of its own, which was
-    `before`."""
-    (price_before, old), (price_after, new) = before, noise_of(judge, left, COLOUR_TIME)
-    alone = price_before - price_after
-    if motion_matters(judge.whiteners):
-        return alone
-    return min(alone, gain_in_slow_noise(old, white, new, left))
