@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from sympy import Symbol
+from sympy import Gt, Lt, Symbol
 
 from modelgen.effects.effect import Apply, Effect, Shape, Strength, Values, unit_of
 from modelgen.effects.motion import MOTION, moved_input, moved_rate
@@ -35,7 +35,8 @@ def inner(model: Model, port: Port, key: str) -> Symbol:
 def within(x: Any, g: Any) -> Any:
     """x held within ±g. Not by Max and Min, whose derivatives at g = 0 would depend on the order of their
     arguments."""
-    return Piecewise((g, x > g), (-g, x < -g), (x, True))
+    above, below = Gt(x, g, evaluate=False), Lt(x, -g, evaluate=False)  # sympy tries long to decide either
+    return Piecewise((g, above), (-g, below), (x, True))
 
 
 AWAY = Parameter(
