@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from modelgen.errors import InputError
+from modelgen.fit.series import signature_of
+from modelgen.models import load
 from modelgen.recordings import Case, Channel, Recording, Signature, load_case, read_case_file
 from modelgen.recordings.convert import affine
 from modelgen.recordings.table import read_table
@@ -311,6 +313,18 @@ def test_wrong_cases(tmp_path: Path, head: str, toml: str, says: list[str]) -> N
     message = complaint(tmp_path, MOTION, head=head, toml=toml)
     for part in says:
         assert part in message
+
+
+def test_what_drops_out_of_a_model_may_be_stated(tmp_path: Path) -> None:
+    """b, r_0 and F_0 are quantities of the sample: in its steady cycle they change nothing, b = 1 alone."""
+    table = "f [Hz],k_s [N/mm]\n1,0.4\n2,0.41\n3,0.42\n"
+    signature = signature_of(load("complex_stiffness"))
+    head = 'per_recording = ["F_0"]\n[constants]\nb = 1\nr_0 = -0.3\nh_D = 0\n'
+    c = case(tmp_path, table, signature, head=head)
+    assert (c.per_recording, c.constants) == ((), {"h_D": 0.0})
+    for head, found in (("[constants]\nb = 1.4", "1.4"), ("[bounds]\nb = [0.5, 2]", "[0.5, 2.0]")):
+        said = complaint(tmp_path, table, signature, head=head)
+        assert f"complex_stiffness holds for b = 1 alone, found {found}" in said
 
 
 @pytest.mark.parametrize(

@@ -97,6 +97,7 @@ def signature_of(model: Model) -> Signature:
         tuple(outputs),
         {p.name: p.unit for p in model.scalar_parameters},
         model.axis,
+        dict(model.drops),
     )
 
 

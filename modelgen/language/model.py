@@ -86,6 +86,9 @@ def _text(expr: sp.Basic) -> str:
 class Model:
     """Physics written once. Immutable; every method that changes something returns a new model.
 
+    drops: quantities of the same physics that drop out here, each with the one value with which it does, or
+    None: a case may state them.
+
     Raises InputError when a name is used twice or not declared, or when units of an equation do not agree.
     """
 
@@ -99,6 +102,7 @@ class Model:
     text: str = ""
     options: tuple[tuple[str, str], ...] = ()
     conditions: tuple[Condition, ...] = ()
+    drops: tuple[tuple[str, float | None], ...] = ()
     builder: Callable[..., Model] | None = field(default=None, compare=False, repr=False)
     checked: bool = field(default=False, compare=False, repr=False)
 

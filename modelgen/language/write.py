@@ -225,6 +225,7 @@ class _File:
         fields += [
             f"{k}={fill('', x, before=len(k) + 6, always=k == 'ports')}" for k, x in texts.items() if x
         ]
+        fields += [f"drops={row(row([quoted(n), repr(x)]) for n, x in m.drops)}"] if m.drops else []
         fields += [f"{key}={quoted(text)}" for key, text in (("source", m.source), ("text", m.text)) if text]
         lines += [assigned(variable, text) for text, variable in shared.items()]
         body = "".join("    " + f.replace("\n", "\n    ") + ",\n" for f in fields)

@@ -101,6 +101,7 @@ complex_stiffness = Model(
         Port("mechanical", "cycle", "F_pk", tuple((n, q.symbol) for n, q in cycle.items())),
         Port("sensor", "shown_cycle", "A_F", tuple((n, q.symbol) for n, q in shown.items())),
     ),
+    drops=(("b", 1.0), ("r_0", None), ("F_0", None)),
     source="MRE paper, eq. 4–12, Table 3",
     text="stiffness and loss angle of the modified Dahl model in a steady cycle",
     checked=True,

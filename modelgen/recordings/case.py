@@ -128,6 +128,7 @@ def load_case(case_file: CaseFile, signature: Signature) -> Case:
 
     Raises InputError, one line with file and place, for anything that is wrong in the case or its tables.
     """
+    case_file = _without(case_file, signature)
     _check_names(case_file, signature)
     recordings = [
         _load(case_file, spec, name, signature)
@@ -172,15 +173,44 @@ def _names(specs: Iterable[RecordingSpec]) -> list[str]:
     return [p.stem if count[p.stem] == 1 else p.as_posix() for p in paths]
 
 
-def _check_names(case: CaseFile, signature: Signature) -> None:
-    """Every parameter named is one of the model's, and is either fixed or searched, not both."""
-    places = [
-        ("per_recording", case.per_recording),
+def _without(case: CaseFile, signature: Signature) -> CaseFile:
+    """The case without what drops out of the model, wherever it is named."""
+    for place, table in _places(case):
+        for name, only in signature.drops.items():
+            if only is not None and table.get(name, only) != only:
+                alone = f"{signature.model} holds for {name} = {only:g} alone"
+                raise fail(f"{case.path}, {place} {name}: {alone}, found {_told(table[name])}")
+
+    def kept(table: Mapping[str, Any]) -> dict[str, Any]:
+        return {k: v for k, v in table.items() if k not in signature.drops}
+
+    return replace(
+        case,
+        per_recording=tuple(kept(dict.fromkeys(case.per_recording))),
+        constants=kept(case.constants),
+        bounds=kept(case.bounds),
+        recordings=tuple(replace(r, constants=kept(r.constants)) for r in case.recordings),
+    )
+
+
+def _told(value: Any) -> str:
+    """A constant, a range to search, or a place in a list of free ones, as a complaint tells it."""
+    return "it free" if value is None else f"{list(value)}" if isinstance(value, tuple) else f"{value:g}"
+
+
+def _places(case: CaseFile) -> list[tuple[str, Mapping[str, Any]]]:
+    """Where a case names parameters, and what it says of each."""
+    return [
+        ("per_recording", dict.fromkeys(case.per_recording)),
         ("[constants]", case.constants),
         ("[bounds]", case.bounds),
+        *((f"recording '{s.file}' constants", s.constants) for s in case.recordings),
     ]
-    places += [(f"recording '{s.file}' constants", s.constants) for s in case.recordings]
-    for place, names in places:
+
+
+def _check_names(case: CaseFile, signature: Signature) -> None:
+    """Every parameter named is one of the model's, and is either fixed or searched, not both."""
+    for place, names in _places(case):
         for name in names:
             if name not in signature.parameters:
                 hint = did_you_mean(name, signature.parameters)

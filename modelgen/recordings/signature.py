@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -23,10 +23,14 @@ class Channel:
 
 @dataclass(frozen=True)
 class Signature:
-    """A model as its recordings see it. `axis` is the input that must be ordered ("f", "t"), "" if none."""
+    """A model as its recordings see it. `axis` is the input that must be ordered ("f", "t"), "" if none.
+
+    drops: what a case may state though the model has no such parameter, with the value that it must have.
+    """
 
     model: str
     inputs: tuple[Channel, ...]
     outputs: tuple[Channel, ...]
     parameters: Mapping[str, str]  # name -> unit
     axis: str = ""
+    drops: Mapping[str, float | None] = field(default_factory=dict)
