@@ -327,6 +327,11 @@ def test_what_drops_out_of_a_model_may_be_stated(tmp_path: Path) -> None:
         assert f"complex_stiffness holds for b = 1 alone, found {found}" in said
 
 
+def test_the_amplitude_of_a_recorded_motion_may_be_stated(tmp_path: Path) -> None:
+    c = case(tmp_path, MOTION, signature_of(load("modified_dahl")), toml="constants = {A_z = 1, b = 1}")
+    assert c.recordings[0].constants == {"b": 1.0}
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [

@@ -91,13 +91,14 @@ def signature_of(model: Model) -> Signature:
         if two_parts and is_time(model.inputs[0].unit):
             raise InputError(f"model '{model.id}': its output '{o.name}' is complex, and runs over time")
         outputs.append(Channel(o.name, s.unit, two_parts, o.measured_as))
+    parameters = {p.name: p.unit for p in model.scalar_parameters}
     return Signature(
         model.id,
         tuple(Channel(i.name, i.unit) for i in model.inputs if i.derived is None),
         tuple(outputs),
-        {p.name: p.unit for p in model.scalar_parameters},
+        parameters,
         model.axis,
-        dict(model.drops),
+        {name: only for name, only in model.drops if name not in parameters},
     )
 
 

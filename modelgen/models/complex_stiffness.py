@@ -1,7 +1,8 @@
 """Stiffness and loss angle of the modified Dahl model in a steady cycle (MRE paper, eq. 4–12, Tab. 2 and 3).
 
 With z = −A_z cos θ, θ = 2πft, b = 1, the friction state runs between ∓tanh(ρ A_z) and both halves of the
-cycle are alike. Spring and dashpot are together one complex stiffness K. The offset is left out.
+cycle are alike, whatever r_0 was. Spring and dashpot are together one complex stiffness K. The offset F_0 is
+left out.
 
 As the paper's tables have it, k_s = F_max/A_z by the greatest force of the loop, and loss_angle is the
 arcsine of F(z = 0)/F_max; a lock-in amplifier, which shows the first harmonic, tells less and another angle.

@@ -63,6 +63,7 @@ def build(initial: str = "free") -> Model:
         source="MRE paper, eq. 7–13",
         text="modified Dahl model of a magnetorheological elastomer, force from displacement",
         options=(("initial", initial),),
+        drops=(("A_z", None),) if free else (),
         builder=build,
     )
 
