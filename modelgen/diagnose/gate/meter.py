@@ -77,14 +77,14 @@ def crept(series: Sequence[Series]) -> Iterator[Columns]:
 
     Not anew in sweeps that all go one way: that is one smooth error over frequency, as any instrument has.
     """
-    rising = [f[-1] > f[0] for f in (next(iter(s.inputs.values())) for s in series)]
+    rising = [bool(f[-1] > f[0]) for f in (next(iter(s.inputs.values())) for s in series)]
     ways = list(product((0, 1), repeat=len(series))) if len(series) <= ANY_WAY else [(0,) * len(series)]
-    for taus, anew, down in product(pairwise(TIMES), (0, 1), ways):
-        upwards = {bool(up) != bool(turned) for up, turned in zip(rising, down, strict=True)}
-        if len(upwards) == 1 and (anew or len(series) == 1):
-            continue
+    alike = [len({up != turned for up, turned in zip(rising, down, strict=True)}) == 1 for down in ways]
+    begun = [(0, down) for down in ways if len(series) > 1]
+    begun += [(1, down) for down, one in zip(ways, alike, strict=True) if not one]
+    for taus, (anew, down) in product(pairwise(TIMES), begun):
         parts = []
         for k, (s, reverse) in enumerate(zip(series, down, strict=True)):
             t = abs(reverse - np.arange(s.n) / s.n) + (0 if anew else k)
             parts.append(1j * s.reference[:, None] * np.log1p(t[:, None] / taus))
-        yield CREPT, 2 * (len(TIMES) - 1) * (len(ways) - 1), parts
+        yield CREPT, (len(TIMES) - 1) * len(begun), parts
