@@ -96,6 +96,10 @@ def test_a_phase_that_creeps_alike_in_sweeps_that_go_one_way_may_be_a_smooth_err
     assert found.adequate and "a smooth error of the instrument" in found.summary
 
 
+def test_many_sweeps_with_nothing_but_noise_are_adequate(tmp_path: Path) -> None:
+    assert swept(tmp_path, (True,) * 5).adequate
+
+
 def test_a_detector_whose_references_are_skewed_is_told(tmp_path: Path) -> None:
     (found,) = swept(tmp_path, UP, lambda Z: Z + 0.004j * Z.real).effects
     assert found.id == "unknown_electrical" and "not at right angles" in found.says
