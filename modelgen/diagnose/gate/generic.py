@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from modelgen.diagnose.gate.in_frequency import in_frequency
-from modelgen.diagnose.gate.in_time import in_time
+from modelgen.diagnose.gate.in_time import ends, in_time
 from modelgen.diagnose.gate.instrument import misread
 from modelgen.diagnose.gate.leftover import NOTHING, Leftover
 from modelgen.diagnose.gate.tables import together
@@ -33,6 +33,11 @@ class Remains:
     @cached_property
     def of_base(self) -> list[Leftover]:
         return self._of(self.outcome.base)
+
+    @cached_property
+    def ends_of_base(self) -> list[Leftover]:
+        """The ends of channels' ranges alone, over time."""
+        return ends(self.setting.model, self.outcome.judge, self.outcome.base)
 
     @cached_property
     def of_best(self) -> list[Leftover]:

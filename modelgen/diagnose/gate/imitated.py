@@ -10,7 +10,7 @@ from modelgen.diagnose.gate.describe import described
 from modelgen.diagnose.gate.generic import Remains, misreading
 from modelgen.diagnose.gate.in_time import sudden
 from modelgen.diagnose.gate.instrument import lead
-from modelgen.diagnose.gate.leftover import Leftover
+from modelgen.diagnose.gate.leftover import NOTHING, Leftover
 from modelgen.diagnose.gate.narrow import narrow
 from modelgen.diagnose.gate.rivals import LEFT
 from modelgen.diagnose.hypotheses.refit import Fit, misfit
@@ -56,7 +56,8 @@ def imitating(remains: Remains, left: Leftover, oddity: Leftover | None) -> Imit
 
 def _misread(remains: Remains) -> tuple[Leftover, float]:
     """The likeliest error of how sweeps were taken, and by how much it is ahead of named effects."""
-    outcome, error = remains.outcome, misreading(remains.of_base)
+    outcome = remains.outcome
+    error = NOTHING if remains.setting.model.is_time_model else misreading(remains.of_base)
     if not error.weights:
         return error, -np.inf
     far = outcome.judge.temper > 1.0

@@ -33,10 +33,8 @@ def in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
     """Groups of terms in time, each judged with the colour of its own residual, so that coloured noise gains
     nothing."""
     plain, fit, tangent = _as_it_is(judge, fit)
-    e = fit.hypothesis.experiment
-    moved = model.moved
     alone = line(model, fit, effective(fit.white))
-    if not moved:
+    if not model.moved:
         tried = [
             best_of(tangent, felt, plain.prior, fit.white, Leftover(0.0, 0.0, at.name, words, (group,)))
             for at, group, words, felt in felt_terms(fit, plain)
@@ -44,6 +42,24 @@ def in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
         tried = [replace(g, left=replace(g.left, terms=(g.left.terms[0], 0))) for g in tried]
         tried += _felt_waves(fit, plain, tangent)
         return [alone, *_checked(tried, Coloured(plain, fit.white), alone.gain)]
+    tried = _of_motion(model, plain, fit, tangent, functions.groups()) + _changes(model, fit, plain, tangent)
+    return [alone, *_checked(tried, Coloured(plain, fit.white), alone.gain)]
+
+
+def ends(model: Model, judge: Judge, base: Fit) -> list[Leftover]:
+    """Channels that level off at the ends of their ranges; nothing where no motion is recorded."""
+    if not model.moved or not enough(base):
+        return []
+    plain, fit, tangent = _as_it_is(judge, base)
+    groups = [g for g in functions.groups() if g[1] == "sensor"]
+    return _checked(_of_motion(model, plain, fit, tangent, groups), Coloured(plain, fit.white), 0.0)
+
+
+def _of_motion(
+    model: Model, plain: Judge, fit: Fit, tangent: Tangent, groups: Sequence[Group]
+) -> list[Tried]:
+    """Groups of functions of the recorded motion, at each output that they may act on."""
+    e, moved = fit.hypothesis.experiment, model.moved
     names = model.derived_from(moved)
     z = functions.scaled([s.inputs[moved] for s in e.series])
     v = functions.scaled_speed([s.inputs[names["rate"]] for s in e.series])
@@ -67,9 +83,7 @@ def in_time(model: Model, judge: Judge, fit: Fit) -> list[Leftover]:
             return replace(best, left=replace(best.left, terms=(functions.LEVEL, *limit)))
         return best
 
-    tried = share(tried_in, [(g, *at) for g in functions.groups() for at in places(model, e.series, g[1])])
-    tried += _changes(model, fit, plain, tangent)
-    return [alone, *_checked(tried, Coloured(plain, fit.white), alone.gain)]
+    return share(tried_in, [(g, *at) for g in groups for at in places(model, e.series, g[1])])
 
 
 def sudden(model: Model, judge: Judge, base: Fit, named: Fit) -> tuple[Leftover, float]:

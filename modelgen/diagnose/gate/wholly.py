@@ -28,12 +28,7 @@ def wholly_described(remains: Remains, floor: float, unknown: bool, after: float
         return _by_the_instrument(remains, floor) if far or unknown else None
     if unknown or not best.ids:
         return None
-    found = remains.of_base
-    ends = [x for x in found if x.terms[:1] == (LEVEL,)]
-    whole = remains.likeliest(found)
-    # a channel's end is an account of one number; beside a colour, what smooth terms leave is likelier
-    near = [x for x in ends if x.gain > LEFT]
-    for left in (whole, *(x for x in ends if x.chi2 > whole.chi2)) if far else near:
+    for left in _accounts(remains, far):
         terms = described(setting, outcome, left)
         if terms is None or not but_noise(terms, floor) or (not far and misfit(terms) > misfit(best)):
             continue
@@ -44,6 +39,16 @@ def wholly_described(remains: Remains, floor: float, unknown: bool, after: float
         if lead > LEFT:
             return left
     return None
+
+
+def _accounts(remains: Remains, far: bool) -> list[Leftover]:
+    """What may account for all of a record over time: the ends of channels alone, unless named effects are
+    far."""
+    if not far:  # a channel's end is an account of one number; what smooth terms leave is likelier
+        return [x for x in remains.ends_of_base if x.gain > LEFT]
+    found = remains.of_base
+    whole = remains.likeliest(found)
+    return [whole, *(x for x in found if x.terms[:1] == (LEVEL,) and x.chi2 > whole.chi2)]
 
 
 def but_noise(f: Fit, floor: float) -> bool:
