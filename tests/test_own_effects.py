@@ -5,14 +5,17 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from modelgen.diagnose import diagnose
 from modelgen.diagnose.own_effects import check_effects, unused
 from modelgen.effects import Effect, Shape, Strength
-from modelgen.effects.effect import add
+from modelgen.effects.effect import add, change
 from modelgen.errors import InputError
 from modelgen.language import Model
 from modelgen.models import load
+from modelgen.recordings import Case, Recording
 
 rub = Effect("rub", ("spring",), "", "", (Strength("R", "{port}"),), add(lambda at, p: p["R"]))
 
@@ -59,3 +62,25 @@ def test_a_turn_that_is_none_is_refused(model: Model) -> None:
     wrong = replace(rub, acts="last")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="effect 'rub': acts is 'last', wanted FIRST, BESIDE, AROUND"):
         check_effects([wrong], model, {"spring"})
+
+
+def test_an_effect_that_changes_the_model_without_strength_is_refused() -> None:
+    f = np.geomspace(20, 2000, 80)
+    coil = load("electrodynamic_transducer")
+    known = {"R_e": 6.0, "L_e": 3e-4, "Bl": 6.0, "M_m": 0.02, "K_m": 2000.0, "R_m": 1.0}
+    Z = complex_impedance(f, known)
+    case = Case(None, coil.id, (Recording("a", None, "fit", {"f": f}, {"Z": Z}),), constants={"M_m": 0.02})
+    twice = replace(
+        rub, kinds=("electrical_impedance",), apply=change(lambda Z, at, p: 2 * Z + p["R"]),
+        strengths=(Strength("R", "{port}"),),
+    )  # fmt: skip
+    with pytest.raises(InputError, match="with rub_R = 0 the model has to be as it was, and differs by"):
+        diagnose(case, coil, effects=[twice])
+
+
+def complex_impedance(f: np.ndarray, p: dict[str, float]) -> np.ndarray:
+    """Of a moving coil: R_e + jωL_e + Bl²/(R_m + jωM_m + K_m/jω), with noise of a thousandth."""
+    s = 2j * np.pi * f
+    Z = p["R_e"] + s * p["L_e"] + p["Bl"] ** 2 / (p["R_m"] + s * p["M_m"] + p["K_m"] / s)
+    noise = np.random.default_rng(5).standard_normal((2, f.size))
+    return np.asarray(Z * (1 + 1e-3 * (noise[0] + 1j * noise[1])))

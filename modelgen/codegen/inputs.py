@@ -22,7 +22,8 @@ def complete_inputs(
 
     `given` holds at least the recorded inputs; derived ones that are missing follow from them
     (`recordings.kinematics`; `sigma` is the noise of recorded inputs, estimated when None).
-    Raises InputError when an input is missing, not numeric, empty, or of another shape.
+    Raises InputError when an input is missing, not numeric, empty, or of another shape, or when what a memory
+    runs along does not increase.
     """
     arrays: dict[str, Array] = {}
     for i in model.inputs:
@@ -42,6 +43,8 @@ def complete_inputs(
     if broadcast[0].size == 0:
         raise InputError(f"inputs of model '{model.id}' are empty")
     arrays = {n: np.ascontiguousarray(a).ravel() for n, a in zip(arrays, broadcast, strict=True)}
+    if model.states and model.axis in arrays:
+        _check_order(model, arrays[model.axis])
     for of in dict.fromkeys(
         i.derived[1]
         for i in model.inputs
@@ -53,6 +56,16 @@ def complete_inputs(
             x = arrays[i.derived[1]]
             arrays[i.name] = np.concatenate([x[:1], x[:-1]])
     return {i.name: arrays[i.name] for i in model.inputs}, shape
+
+
+def _check_order(model: Model, t: Array) -> None:
+    later = np.diff(t) > 0
+    if not later.all():
+        k = int(np.argmin(later))
+        raise InputError(
+            f"input '{model.axis}' of model '{model.id}', which has a memory, must increase: found "
+            f"{t[k + 1]:g} after {t[k]:g} at sample {k + 1}"
+        )
 
 
 def _motion(

@@ -30,7 +30,7 @@ from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.moderate import moderated
 from modelgen.diagnose.hypotheses.open_shapes import fairly_priced
 from modelgen.diagnose.hypotheses.ranking import Standing, as_ranked, close, standings, weights
-from modelgen.diagnose.hypotheses.refit import Fit, enough, mean_square, plain_white
+from modelgen.diagnose.hypotheses.refit import Fit, enough, mean_square, plain_white, vanished
 from modelgen.diagnose.hypotheses.setting import CLOSE, TEMPER, Outcome, Setting, nearest
 from modelgen.diagnose.verdict import Finding, Trial, Verdict
 from modelgen.fit.result import Estimate
@@ -279,14 +279,15 @@ SHOWN, BEYOND = 40, 10
 
 
 def _trials(outcome: Outcome) -> tuple[Trial, ...]:
-    """The best of what was tried, each set of effects once."""
+    """The best of what was tried, each set of effects once; none of which nothing is left but fewer."""
     first: dict[frozenset[str], Fit] = {}
-    for f in sorted(outcome.tried, key=lambda f: f.bic):
+    for f in sorted((f for f in outcome.tried if not vanished(f)), key=lambda f: f.bic):
         first.setdefault(frozenset(f.ids), f)
     count = max(len(outcome.best.ids), 1)
     few = [f for f in first.values() if len(f.ids) <= count][:SHOWN]
     more = [f for f in first.values() if len(f.ids) > count][:BEYOND]
-    equals = [f for f in few if len(f.ids) == count]  # to be claimed, one effect more must gain far more
+    # to be claimed, one effect more must gain far more; beside nothing missing none has a share
+    equals = [f for f in few if len(f.ids) == len(outcome.best.ids) > 0]
     odds = dict(zip(map(id, equals), weights(equals), strict=True)) if equals else {}
     places: dict[str, set[str]] = {}
     for a in (a for f in outcome.tried for a in f.hypothesis.added):

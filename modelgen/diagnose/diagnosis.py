@@ -30,13 +30,14 @@ from modelgen.diagnose.noise.history import had_rested, unrested
 from modelgen.diagnose.noise.noise import marked
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.diagnose.noise.thin import Thinned, thin, told_rightly, unblurred
-from modelgen.diagnose.own_effects import check_effects, unused
+from modelgen.diagnose.own_effects import check_effects, check_nulls, unused
 from modelgen.diagnose.search.search import search
 from modelgen.diagnose.verdict import Verdict
 from modelgen.diagnose.whole_ports import whole
 from modelgen.effects import Effect
 from modelgen.effects.kinds import unknown_kinds
 from modelgen.fit.given import check_given, check_held, check_seed
+from modelgen.fit.pieces import in_pieces
 from modelgen.fit.series import Series
 from modelgen.language import Model
 from modelgen.recordings import Case
@@ -65,7 +66,7 @@ def diagnose(
     folder = None if out is None else Path(out)
     warm()
     catalogue = (*CATALOGUE, *(effects or ()))
-    model, case = in_seconds(model, case)
+    model, case = in_seconds(model, in_pieces(model, case))
     model = whole(model)
     check_effects(effects or (), model, {k for e in CATALOGUE for k in e.kinds})
     # fits share the cores already; threads of small matrices wait for each other, ten times as long on a busy
@@ -103,6 +104,9 @@ def _diagnosed(
     seen = (*unresolved(model, made.ground.series), *mirrored(model, made.case, made.ground.base, seed))
     if progress:
         progress(0.15, "base fitted")
+    if own:
+        alone = set_up(model, made.case, made.ground, own)
+        check_nulls(alone.additions, alone, made.ground.base)
     made, setting, outcome = _accounted(model, made, catalogue, seed, progress)
     case, ground, thinned = made.case, made.ground, made.thinned
     notes = (*read, *thinned.notes, *unknown_kinds(model, own), *glitches, *seen, *made.notes)

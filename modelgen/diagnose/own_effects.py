@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from modelgen.diagnose.hypotheses.addition import Addition
+from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
+from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.diagnose.hypotheses.setting import Setting
 from modelgen.effects import Effect, Shape, Strength
 from modelgen.effects.effect import TURNS
 from modelgen.errors import InputError, did_you_mean
@@ -108,3 +113,25 @@ def _why(e: Effect, model: Model) -> str:
 
 def _listed(names: Iterable[str]) -> str:
     return ", ".join(f"'{n}'" for n in names) or "nothing"
+
+
+SAME = 1e-6
+"""Part of a recording's model that an effect of no strength may change: rounding."""
+
+
+def check_nulls(additions: Sequence[Addition], setting: Setting, base: Fit) -> None:
+    """Refuse `additions` that change what the model gives where their strength is null: the new model would
+    not be the old one with more beside it. Raises InputError."""
+    e = base.hypothesis.experiment
+    for h in make_hypotheses(setting.model, setting.case, setting.series, [(a,) for a in additions]):
+        theta, (a,) = h.place(base.hypothesis, base.theta, {}), h.added
+        for k, s in enumerate(e.series):
+            before = e.raw(base.theta, k)
+            changed = np.abs(h.experiment.raw(theta, k) - before).max()
+            size = np.abs(before + s.data).max()
+            if not changed <= SAME * size:
+                null = " and ".join(f"{n} = {x:g}" for n, x in a.nulls.items())
+                raise InputError(
+                    f"effect '{a.id}' at port '{a.port.name}': with {null} the model has to be as it was, "
+                    f"and differs by {100 * changed / size:.3g} % in '{s.name}'"
+                )

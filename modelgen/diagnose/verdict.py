@@ -100,7 +100,7 @@ class Rms:
     foreseen: float = float("nan")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Verdict:
     """The outcome of a diagnosis. `effects` is ordered, best first; `judged`: the recordings hold values
     enough to tell whether something is missing."""
@@ -124,6 +124,10 @@ class Verdict:
     noise: str = ""
     law: str = ""
     judged: bool = True
+
+    def __repr__(self) -> str:
+        """What a notebook shows: the summary, not all that a page needs."""
+        return f"Verdict({self.model!r}, adequate={self.adequate}: {self.summary})"
 
     def to_dict(self) -> dict[str, Any]:
         """The contract's JSON object, with additions (judged, summary, trials, notes, noise)."""

@@ -20,6 +20,7 @@ from modelgen.fit.method import Method, Outcome, Progress, Reason, part
 from modelgen.fit.motion import with_motion
 from modelgen.fit.multistart import MultiStart
 from modelgen.fit.own import fitted_alone
+from modelgen.fit.pieces import in_pieces
 from modelgen.fit.problem import Problem, Vector, wide
 from modelgen.fit.recipe import Recipe
 from modelgen.fit.remarks import Part, arrived, misfit, of_holdout, warnings
@@ -63,6 +64,7 @@ def fit(
     check_given(model, case, method)
     check_seed(seed)
     check_held(case)
+    case = in_pieces(model, case)
     if executor is not None and not (method is None or isinstance(method, MultiStart)):
         raise InputError("an executor runs the starts of a multi-start, and this method is of one start")
     if isinstance(method, Recipe):

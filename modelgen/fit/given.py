@@ -17,7 +17,10 @@ from modelgen.recordings import Case
 def check_given(model: Any, case: Any, method: Any = None) -> None:
     """Raises InputError where one of these is of another kind."""
     if isinstance(model, Case) and isinstance(case, Model):
-        raise InputError("a case stands where the model is wanted, and the model where the case is")
+        raise InputError(
+            "a case stands where the model is wanted, and the model where the case is: it is "
+            "fit(model, case) and diagnose(case, model)"
+        )
     if not isinstance(model, Model):
         raise InputError(f"model: found {_kind(model)}, wanted a Model; mg.open_case reads one and its case")
     if not isinstance(case, Case):

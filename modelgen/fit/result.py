@@ -59,7 +59,7 @@ class RecordingFit:
     outputs: tuple[OutputFit, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FitResult:
     """What a fit found. rms: by output unit, each {"fit": …, "holdout": …}; the first unit is the main one.
 
@@ -85,6 +85,12 @@ class FitResult:
     warnings: tuple[str, ...] = field(default=())
     refitted: tuple[Estimate, ...] = ()
     traces: tuple[Trace, ...] = field(default=(), compare=False, repr=False)
+
+    def __repr__(self) -> str:
+        """What a notebook shows: the parameters, and how near the fit is."""
+        rows = [f"  {e.name} = {e.value:.6g} ± {e.std:.2g} {e.unit}" for e in self.parameters]
+        rms = [f"  rms {x['fit']:.3g} {unit}" for unit, x in self.rms.items() if "fit" in x]
+        return "\n".join((f"FitResult({self.model!r})", *rows, *rms, *(f"  {n}" for n in self.warnings)))
 
     def __getitem__(self, name: str) -> Estimate:
         """The estimate of one parameter. Raises InputError, with the nearest name, for an unknown one."""

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from modelgen.errors import InputError
 from modelgen.fit.conditions import broken_in
 from modelgen.fit.method import Progress, Seed
 from modelgen.fit.recipe import Recipe, Staged, StageResult, run_recipe
@@ -25,7 +26,10 @@ def fit_recipe(
 ) -> FitResult:
     """`run_recipe` as the result of a fit: rms by measure, and what each stage reached among its notes."""
     began = time.perf_counter()
-    found = run_recipe(recipe, model, case, seed, progress, constrained=constrained)
+    try:
+        found = run_recipe(recipe, model, case, seed, progress, constrained=constrained)
+    except InputError as why:  # a paper's recipe names what its own model has
+        raise InputError(f"{recipe.name}: {why}") from why
     amiss = _broken(model, case, found, constrained)
     std = np.sqrt(found.covariance.diagonal())
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -38,10 +38,6 @@ def _check_names(model: Model) -> None:
         seen.add(q.name)
     for p in model.scalar_parameters:
         low, high = p.bounds
-        if not low < high:
-            raise InputError(
-                f"model '{model.id}': bounds of parameter '{p.name}' are reversed: [{low:g}, {high:g}]"
-            )
         if p.default is not None and not low <= p.default <= high:
             raise InputError(
                 f"model '{model.id}': default {p.default:g} of '{p.name}' is outside [{low:g}, {high:g}]"

@@ -84,6 +84,9 @@ class Parameter(Symbolic):
             raise InputError(f"parameter '{self.name}': bounds are {pair!r}, wanted (low, high)")
         for end in pair:
             _number(self, "bounds", end, "two numbers, (low, high)")
+        if not pair[0] < pair[1]:
+            what = "are reversed" if pair[0] > pair[1] else "hold no range"
+            raise InputError(f"bounds of parameter '{self.name}' {what}: [{pair[0]:g}, {pair[1]:g}]")
 
 
 def _number(p: Parameter, what: str, value: object, wanted: str) -> None:

@@ -47,6 +47,8 @@ def read_case_file(path: str | Path) -> CaseFile:
     try:
         data = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as why:
+        if path.suffix.lower() != ".toml":
+            raise fail(f"{path}: no case, wanted a .toml file that names a model and recordings") from why
         raise fail(_syntax(path, str(why), text)) from why
     where = str(path)
     keys = ("model", "options", "per_recording", "constants", "bounds", "noise", "recording")
@@ -70,7 +72,8 @@ def _syntax(path: Path, why: str, text: str) -> str:
         return f"{path}: {why}"
     if found[3] and re.match(r"Cannot (declare|overwrite|mutate)|Duplicate", why):
         return f"{path}, line {found[3]}: {_twice(text.splitlines(), int(found[3]), found[1])}"
-    return f"{path}, {found[2]}: {found[1]}"
+    quotes = ', text stands in quotes: "…"' if found[1] == "Invalid value" else ""
+    return f"{path}, {found[2]}: {found[1]}{quotes}"
 
 
 def _twice(lines: list[str], at: int, why: str) -> str:

@@ -115,8 +115,10 @@ def _parts(signature: Signature) -> dict[str, Part]:
 
 def _complex_parts(channel: Channel, bare_phase: bool) -> Iterator[tuple[str, Part]]:
     for x in channel.names:
-        yield f"Re {x}", Part(channel.name, "re", channel.unit)
-        yield f"Im {x}", Part(channel.name, "im", channel.unit)
+        for name in (f"Re {x}", f"Re({x})", f"{x}_re"):
+            yield name, Part(channel.name, "re", channel.unit)
+        for name in (f"Im {x}", f"Im({x})", f"{x}_im"):
+            yield name, Part(channel.name, "im", channel.unit)
         for name in (f"|{x}|", f"abs_{x}", f"abs {x}"):
             yield name, Part(channel.name, "modulus", channel.unit)
         for name in (f"phase {x}", f"phase_{x}", *(["phase"] if bare_phase else [])):

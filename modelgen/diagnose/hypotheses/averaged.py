@@ -36,11 +36,11 @@ def averaged(outcome: Outcome, best: Fit) -> tuple[Estimate, ...]:
     """Parameters of `best`; those that the base has, too, as uncertain as the open rivals make them.
 
     What does the same as parameters of the base (`Outcome.blind`) is no rival: it would share their values
-    with them in any way.
+    with them in any way. Nor is what adds to the effects of `best`: that is not claimed.
     """
     own, key = parameters(outcome.judge, best), best.hypothesis.key
     blind = {a.key for a in outcome.blind} - key
-    others = (f for f in outcome.tried if f.hypothesis.key != key and not f.hypothesis.key & blind)
+    others = (f for f in outcome.tried if not f.hypothesis.key >= key and not f.hypothesis.key & blind)
     rivals = sorted(others, key=lambda f: f.bic)
     fits = [best, *rivals[: RIVALS - 1]]
     w = weights(fits)

@@ -276,6 +276,12 @@ def _ends_of(f: Fit) -> set[str]:
     return {n for n, at in zip(f.hypothesis.names, ends.tolist(), strict=True) if any(at)}
 
 
+def vanished(f: Fit) -> bool:
+    """Whether an effect of a hypothesis is driven to nothing: its model is that of fewer effects."""
+    value = dict(zip(f.hypothesis.names, f.theta.tolist(), strict=True))
+    return any(all(value[n] == x for n, x in a.nulls.items()) for a in f.hypothesis.added)
+
+
 def free(layout: Layout, theta: Array, shapes: Collection[str] = (), pasts: Collection[str] = ()) -> int:
     """Number of parameters that count: a passive element driven to nothing costs nothing, nor does a past at
     its end; on a bound that says no more than where a search stops, a parameter costs like any other."""
