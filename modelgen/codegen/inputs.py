@@ -43,7 +43,7 @@ def complete_inputs(
     if broadcast[0].size == 0:
         raise InputError(f"inputs of model '{model.id}' are empty")
     arrays = {n: np.ascontiguousarray(a).ravel() for n, a in zip(arrays, broadcast, strict=True)}
-    if model.states and model.axis in arrays:
+    if model.states and any(i.derived for i in model.inputs) and model.axis in arrays:
         _check_order(model, arrays[model.axis])
     for of in dict.fromkeys(
         i.derived[1]
