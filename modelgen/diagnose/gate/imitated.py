@@ -8,6 +8,7 @@ import numpy as np
 
 from modelgen.diagnose.gate.describe import described
 from modelgen.diagnose.gate.generic import Remains, misreading
+from modelgen.diagnose.gate.growing import growing
 from modelgen.diagnose.gate.in_time import sudden
 from modelgen.diagnose.gate.instrument import lead
 from modelgen.diagnose.gate.leftover import NOTHING, Leftover
@@ -40,7 +41,9 @@ def imitating(remains: Remains, left: Leftover, oddity: Leftover | None) -> Imit
     an error that would do as well."""
     outcome = remains.outcome
     if not outcome.best.hypothesis.added:
-        return Imitated(narrow(outcome))
+        found = growing(outcome)
+        where = remains.likeliest(remains.of_base).port if found else ""
+        return Imitated(found and replace(found, port=where))
     error, ahead = _misread(remains)
     least = CLOSE - ALARM * (len(outcome.best.ids) - 1)  # each effect more has to gain as much to be claimed
     if ahead > least:

@@ -29,11 +29,14 @@ SURE = 20.0
 """ΔBIC that the process must gain to be taken into the noise: for one sweep 25 are tried, for several 50."""
 
 
-def smooth_error(judge: Judge, fit: Fit, beside: Sequence[Array] = ()) -> tuple[float, float, Smooth | None]:
+def smooth_error(
+    judge: Judge, fit: Fit, beside: Sequence[Array] = (), sizes: Sequence[float] = ()
+) -> tuple[float, float, Smooth | None]:
     """(BIC with white noise, what the best process gains, that process) of sweeps; none where one is stated.
 
     White or not, the fit's parameters follow at first order, as do amounts of the changes `beside` it
-    (channels, k, n) of each sweep, of which there are none. Errors of many times the noise are rare.
+    (channels, k, n) of each sweep, of which there are none. Errors of many times the noise are rare. sizes:
+    how large it is in each sweep; alike if not given, as an instrument's is.
     """
     e = fit.hypothesis.experiment
     plain = tuple(
@@ -45,7 +48,7 @@ def smooth_error(judge: Judge, fit: Fit, beside: Sequence[Array] = ()) -> tuple[
         white_of = (w.apply(x).transpose(0, 2, 1) for w, x in zip(plain, beside, strict=True))
         J = np.column_stack([J, np.concatenate([x.reshape(-1, x.shape[2]) for x in white_of])])
     channels = [len(s.data) for s in e.series]
-    over = quietness(e.series, plain)
+    over = [q * x for q, x in zip(quietness(e.series, plain), sizes or [1.0] * len(channels), strict=True)]
     size = np.concatenate(
         [
             np.tile(q * _relative(s.size, w), c)
