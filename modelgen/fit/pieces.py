@@ -13,13 +13,14 @@ from modelgen.recordings.gaps import gaps
 
 SHORTEST = 20
 """Samples that a piece has at least; shorter ones are left out."""
-MOST = 20
+MOST = 10
 """Gaps beyond which that is how the record is."""
 
 
 def in_pieces(model: Model, case: Case) -> Case:
-    """The case with records in pieces where they have gaps; what a piece begins with after one is free."""
-    if not model.is_time_model:
+    """The case with records in pieces where they have gaps; what a piece begins with after one is free. As it
+    is where the model has no memory: it loses nothing in a gap."""
+    if not (model.is_time_model and model.states):
         return case
     made = [(piece, k > 0) for r in case.recordings for k, piece in enumerate(_pieces(model, r))]
     if not any(later for _, later in made):

@@ -14,7 +14,7 @@ NEAR = 10
 """Steps before and after that are near."""
 SLOPE = 8
 """Samples on either side by which it is judged how a motion went on."""
-TOLD = 0.005
+TOLD = 0.01
 """Of its stroke: so well a motion within a gap is told by a curve between its ends, or nothing is lost."""
 
 
