@@ -364,7 +364,7 @@ def test_a_misspelt_file_is_told_the_nearest(tmp_path: Path) -> None:
 def test_names_of_files_that_share_a_stem(tmp_path: Path) -> None:
     for folder in ("up", "down"):
         (tmp_path / folder).mkdir()
-        (tmp_path / folder / "a.csv").write_text(MOTION)
+        (tmp_path / folder / "a.csv").write_text(MOTION.replace("1,3", f"1,{len(folder)}"))
     toml = '[[recording]]\nfile = "up/a.csv"\nrole = "holdout"\n[[recording]]\nfile = "down/a.csv"'
     c = case(tmp_path, MOTION, toml=toml)
     assert [r.name for r in c.recordings] == ["a.csv", "up/a.csv", "down/a.csv"]
@@ -394,3 +394,18 @@ def test_the_shared_measured_cases_are_read() -> None:
 def test_noise_of_the_axis_is_said_to_count_for_nothing(tmp_path: Path) -> None:
     made = case(tmp_path, MOTION, head="[noise]\nt = 1e-4\n")
     assert any("t counts for nothing" in w for w in made.warnings)
+
+
+def test_a_copy_of_a_recording_does_not_count_twice(tmp_path: Path) -> None:
+    for name, table in (("a", MOTION), ("b", MOTION), ("c", MOTION.replace("0.5,2", "0.5,2.1"))):
+        (tmp_path / f"{name}.csv").write_text(table)
+
+    def read(*specs: tuple[str, str]) -> Case:
+        files = "".join(f'[[recording]]\nfile = "{n}.csv"\nrole = "{role}"\n' for n, role in specs)
+        (tmp_path / "case.toml").write_text(f'model = "modified_dahl"\n{files}')
+        return load_case(read_case_file(tmp_path / "case.toml"), DAHL)
+
+    found = read(("a", "fit"), ("b", "fit"), ("c", "fit"))
+    assert [r.name for r in found.recordings] == ["a", "c"]
+    assert found.warnings == ("'b' holds the same samples as 'a': left out",)
+    assert [r.name for r in read(("a", "fit"), ("b", "holdout")).recordings] == ["a", "b"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -134,6 +134,7 @@ def load_case(case_file: CaseFile, signature: Signature) -> Case:
         _load(case_file, spec, name, signature)
         for spec, name in zip(case_file.recordings, _names(case_file.recordings), strict=True)
     ]
+    recordings = _each_once(recordings)
     noise = _noise(f"{case_file.path}, [noise]", case_file.noise, signature)
     if noise.sigma.get(signature.axis) and recordings:
         said = f"[noise] {signature.axis} counts for nothing: samples are held to be where they say"
@@ -164,6 +165,27 @@ def _load(case_file: CaseFile, spec: RecordingSpec, name: str, signature: Signat
     return Recording(
         name, path, spec.role, found.inputs, found.outputs, found.kinds, spec.constants, found.warnings, noise
     )
+
+
+def _each_once(recordings: Sequence[Recording]) -> list[Recording]:
+    """Recordings to be fitted without copies of another, which would make its noise count twice."""
+    kept: list[Recording] = []
+    for r in recordings:
+        twin = next((k for k, other in enumerate(kept) if r.role == "fit" and _same(r, other)), None)
+        if twin is None:
+            kept.append(r)
+        else:
+            said = f"'{r.name}' holds the same samples as '{kept[twin].name}': left out"
+            kept[twin] = replace(kept[twin], warnings=(*kept[twin].warnings, said))
+    return kept
+
+
+def _same(a: Recording, b: Recording) -> bool:
+    """Whether two recordings hold the same, samples and what is known beside them."""
+    if (a.role, a.n, dict(a.constants), dict(a.kinds)) != (b.role, b.n, dict(b.constants), dict(b.kinds)):
+        return False
+    pairs = ((a.inputs, b.inputs), (a.outputs, b.outputs))
+    return all(x.keys() == y.keys() and all(np.array_equal(x[n], y[n]) for n in x) for x, y in pairs)
 
 
 def _names(specs: Iterable[RecordingSpec]) -> list[str]:

@@ -279,7 +279,7 @@ def _ends_of(f: Fit) -> set[str]:
 def vanished(f: Fit) -> bool:
     """Whether an effect of a hypothesis is driven to nothing: its model is that of fewer effects."""
     value = dict(zip(f.hypothesis.names, f.theta.tolist(), strict=True))
-    return any(all(value[n] == x for n, x in a.nulls.items()) for a in f.hypothesis.added)
+    return any(all(value.get(n, x) == x for n, x in a.nulls.items()) for a in f.hypothesis.added)
 
 
 def free(layout: Layout, theta: Array, shapes: Collection[str] = (), pasts: Collection[str] = ()) -> int:
