@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from modelgen.cli.console import check_output, console, note
+from modelgen.cli.console import check_output, console, note, progress_bar
 from modelgen.codegen import Function, build, generate
 from modelgen.codegen.roofline import Roof, roofline
 from modelgen.errors import InputError
@@ -75,12 +75,15 @@ def export_models(
     folder = out or Path("export") / models[0].id
     check_output(folder, folder=True)
     each = settings_of(models, settings)
-    to = console()
-    files = dict.fromkeys(
-        path for m, s in zip(models, each, strict=True) for path in export(m, target, folder, s)
-    )
-    for path in files:
-        to.print(str(path), soft_wrap=True)
+    to, files = console(), set[Path]()
+    with progress_bar("export") as show:
+        for k, (m, s) in enumerate(zip(models, each, strict=True)):
+            show(k / len(models), f"{m.id}, with exact values for its test")
+            written = export(m, target, folder, s)
+            for path in written:
+                if path not in files:
+                    to.print(str(path), soft_wrap=True)
+            files.update(written)
     _note_kinds(models)
 
 

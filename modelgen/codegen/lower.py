@@ -20,7 +20,7 @@ from modelgen.codegen.tosx import NONHOLOMORPHIC, Call, Translator
 from modelgen.errors import InputError
 from modelgen.language import Equation, Implicit, Model, State, Statement
 from modelgen.language.derived import values_before
-from modelgen.language.meant import expressions
+from modelgen.language.meant import expressions, symbols
 from modelgen.language.quantities import ComplexParameter
 
 UNROLLED = 4
@@ -264,7 +264,7 @@ def fitted_statements(model: Model) -> list[Statement]:
     for s in reversed(model.statements):
         if s.name in wanted:
             found.append(s)
-            wanted |= {x.name for e in expressions(s) for x in e.free_symbols}
+            wanted |= {x.name for e in expressions(s) for x in symbols(e)}
     return found[::-1]
 
 

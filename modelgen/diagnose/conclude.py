@@ -20,7 +20,7 @@ from modelgen.diagnose.gate.exact import exact, nothing_left
 from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled, reach
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.likeliest_path import kept_along_path
-from modelgen.diagnose.gate.notes import smooth_note
+from modelgen.diagnose.gate.notes import motion_note, smooth_note
 from modelgen.diagnose.gate.rather import rather_described
 from modelgen.diagnose.gate.rivals import by_odd_noise
 from modelgen.diagnose.gate.unlisted import is_unlisted, named_rather, with_rivals
@@ -93,6 +93,7 @@ def conclude(
         curve=port_curve(setting, best, sensitivities, port),
         notes=(
             *notes, *gate.notes, *decided.vague, *smooth_note(setting, outcome, gate.leftover),
+            *motion_note(setting, outcome),
             *disagreement_note(setting, outcome, best, gate.scale),
             *bound_note(setting, base), *blind_note(setting, outcome),
             *held.notes, *holdout_note(held, doubted),

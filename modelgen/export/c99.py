@@ -46,8 +46,9 @@ def export_c99(model: Model, folder: Path, settings: Settings) -> tuple[Path, ..
         raise InputError(f"--fitter: '{model.id}' has no parameter to fit")
     unit = replace(unit, fitter=settings.fitter)
     ranges = parse_ranges(model, settings.ranges)
-    tried, vectors = make_vectors(unit, settings.real, ranges)
-    sheet = take(unit, settings.real, ranges, settings.measure)
+    tested = {r: make_vectors(unit, r, ranges) for r in REALS}  # exact values take most of the time
+    tried, vectors = tested[settings.real]
+    sheet = take(unit, settings.real, ranges, tested, settings.measure)
     texts = render_c(unit, settings.real)
     texts |= render_tests(unit, settings.real, tried, vectors)
     models = sorted({unit.prefix, *_models_in(folder)})

@@ -17,7 +17,7 @@ from modelgen.export.selftest import render_tests
 from modelgen.export.text import REALS, facts_of, in_precision, render, render_c
 from modelgen.export.unit import Unit
 from modelgen.export.values import Range, Trial, default_of, default_range
-from modelgen.export.vectors import Vector, make_vectors
+from modelgen.export.vectors import Vector
 
 TITLE = "# Datasheet\n\nMeasured by modelgen when it wrote the C beside this file.\n"
 
@@ -41,9 +41,13 @@ class Sheet:
         return tuple(f.core for r, f in self.prints if r == real and not f.passed)
 
 
-def take(unit: Unit, real: str, ranges: Mapping[str, Range], emulator: bool = True) -> Sheet:
+Tested = Mapping[str, tuple[tuple[Trial, ...], tuple[Vector, ...]]]
+"""Trials and their vectors in each precision."""
+
+
+def take(unit: Unit, real: str, ranges: Mapping[str, Range], tested: Tested, emulator: bool = True) -> Sheet:
     """Measure `unit` in both precisions, with what tools there are; `emulator` or this machine alone."""
-    made = {r: (render_c(unit, r), *make_vectors(unit, r, ranges)) for r in REALS}
+    made = {r: (render_c(unit, r), *tested[r]) for r in REALS}
     missing = arm.missing_tools() if emulator else ()
     prints = (
         []

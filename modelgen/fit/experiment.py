@@ -17,6 +17,7 @@ from modelgen.fit.problem import Problem
 from modelgen.fit.series import Array, Series
 from modelgen.fit.whitener import Whitener
 from modelgen.language import Model, Parameter
+from modelgen.language.meant import symbols
 from modelgen.recordings import Case
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ def initial_parameters(model: Model) -> set[str]:
         for key in ("expr", "residual", "update", "rate", "initial"):
             expr = getattr(s, key, None)
             if expr is not None:
-                (initial if key == "initial" else other).update(x.name for x in expr.free_symbols)
+                (initial if key == "initial" else other).update(x.name for x in symbols(expr))
     return {p.name for p in model.scalar_parameters if p.name in initial - other}
 
 

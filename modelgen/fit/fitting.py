@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.errors import InputError, did_you_mean
+from modelgen.errors import InputError, one_of
 from modelgen.fit.conditions import broken_in, values_at
 from modelgen.fit.experiment import Experiment, experiment
 from modelgen.fit.farm import Farm
@@ -23,7 +23,7 @@ from modelgen.fit.own import fitted_alone
 from modelgen.fit.pieces import in_pieces
 from modelgen.fit.problem import Problem, Vector, wide
 from modelgen.fit.recipe import Recipe
-from modelgen.fit.remarks import Part, arrived, misfit, of_holdout, warnings
+from modelgen.fit.remarks import Part, arrived, carried, misfit, of_holdout, warnings
 from modelgen.fit.result import Estimate, FitResult, OutputFit, RecordingFit, estimates
 from modelgen.fit.separating import confusions
 from modelgen.fit.series import Array, Series, make_series
@@ -114,6 +114,7 @@ def _result(
         *warnings(case, outcome, found, parts, over["fit"], problem.segments is not None),
         *broken_in(model, [(s.name, values_at(ex, theta, k)) for k, s in enumerate(ex.series)], constrained),
         *map(str, confusions(ex, theta, known)),
+        *carried(over),
         *_kinds(model),
     )
     size = misfit(parts, over["fit"], all(s.stated for s in ex.series))
@@ -172,7 +173,7 @@ def _started(problem: Problem, start: Mapping[str, float] | None) -> Problem:
     for name, value in (start or {}).items():
         places = [k for k, n in enumerate(problem.names) if n == name or n.startswith(f"{name}[")]
         if not places:
-            raise InputError(f"start: '{name}' is not a free parameter{did_you_mean(name, problem.names)}")
+            raise InputError(f"start: '{name}' is not a free parameter{one_of(name, problem.names)}")
         if not is_finite(value):
             raise InputError(f"start: '{name}' is {value!r}, wanted a finite number")
         begin[places] = value

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -124,6 +124,22 @@ def of_holdout(refitted: Sequence[Estimate]) -> list[str]:
         return []
     are = f"{', '.join(names)} {'are' if len(names) > 1 else 'is'}"
     return [f"{are} refitted on each held-out recording alone, all else of it is predicted"]
+
+
+WORSE = 3.0
+"""Times as far off as fitted recordings are, from which it is said of held-out ones."""
+
+
+def carried(over: Mapping[str, float]) -> list[str]:
+    """That held-out recordings are missed by far more than the fitted ones; over: the rms of either over its
+    noise."""
+    far = over["holdout"] / max(over["fit"], 1.0)
+    if not far > WORSE:
+        return []
+    return [
+        f"what is held out is missed by {over['holdout']:.2g} times the noise, {far:.2g} times as much as "
+        "what is fitted: the model does not carry over"
+    ]
 
 
 def outliers(whites: Sequence[Array]) -> str:

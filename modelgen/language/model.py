@@ -131,11 +131,13 @@ class Model:
     def _integrated_along(self) -> list[Input]:
         """Inputs that a state's rate depends on, recorded ones and their rates, and time: over a step they
         run linearly from their previous values, which the model therefore needs, to the present ones."""
+        from modelgen.language.meant import symbols
+
         rates = [s.rate for s in self.states if s.rate is not None]
-        wanted = {self.axis} | {x.name for rate in rates for x in rate.free_symbols}
+        wanted = {self.axis} | {x.name for rate in rates for x in symbols(rate)}
         for s in reversed(self.statements):
             if isinstance(s, Equation) and s.name in wanted:
-                wanted |= {x.name for x in s.expr.free_symbols}
+                wanted |= {x.name for x in symbols(s.expr)}
         have = {i.derived[1] for i in self.inputs if i.derived and i.derived[0] == "previous"}
         run = (None, "rate", "acceleration")
         return [i for i in self.inputs if i.name in wanted - have and (i.derived and i.derived[0]) in run]

@@ -64,7 +64,9 @@ def look_at_holdout(setting: Setting, outcome: Outcome, best: Fit, scale: float)
         white = [s.whitener.apply(e) for s, e in zip(setting.series, mine, strict=True)]
         held_white = [_without_outliers(e, theta) for e, theta in predicted]
         raws.append(tuple(held))
-        shown = _rms(setting.model, setting.series, mine), _rms(setting.model, moved, held)
+        shown = (
+            _rms(setting.model, setting.series, mine, white), _rms(setting.model, moved, held, held_white),
+        )  # fmt: skip
         over = _over_noise(white) / scale, _over_noise(held_white) / scale
         rms.append(Rms(*shown, *over, foreseen(outcome.judge, fit, predicted, scale)))
     return Held(tuple(moved), raws[0], raws[1], rms[0], rms[1], notes)
@@ -198,10 +200,15 @@ def predict(fit: Fit, s: Series, setting: Setting) -> tuple[Experiment, Array]:
     return other, fitted_alone(other, own, theta, [x[own] for x in others], level)
 
 
-def _rms(model: Model, series: Sequence[Series], raw: Sequence[Array]) -> float:
-    """Root mean square of raw residuals in the first output's unit: amperes don't add to millimetres."""
-    parts = [next(iter(channels(model, s, e).values())) for s, e in zip(series, raw, strict=True)]
-    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else float("nan")
+def _rms(model: Model, series: Sequence[Series], raw: Sequence[Array], white: Sequence[Array]) -> float:
+    """Root mean square of raw residuals in the first output's unit (amperes don't add to millimetres), of the
+    samples that weigh something, as `white` residuals show."""
+    parts = []
+    for s, e, w in zip(series, raw, white, strict=True):
+        first, used = next(iter(channels(model, s, e).values())), np.any(w != 0, axis=0)
+        parts.append(first[np.tile(used, first.size // used.size)])
+    x = np.concatenate(parts) if parts else np.zeros(0)
+    return float(np.sqrt(np.mean(x**2))) if x.size else float("nan")
 
 
 def _over_noise(parts: Sequence[Array]) -> float:

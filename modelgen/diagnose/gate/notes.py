@@ -7,6 +7,7 @@ import numpy as np
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.hypotheses.setting import Outcome, Setting
 from modelgen.diagnose.noise.smooth_error import part_of_reading
+from modelgen.fit.series import input_noise
 
 
 def beside_note(outcome: Outcome, after: float) -> tuple[str, ...]:
@@ -63,6 +64,29 @@ def level_note(scale: float) -> tuple[str, ...]:
     return (
         f"what is left is {scale:.2g} times the noise that is stated, and is counted as the noise"
         f"{more if scale > 1 else ''}",
+    )
+
+
+MOSTLY = 2.0
+"""Times the stated noise of an output from which it is told that errors of the motion make most of it."""
+
+
+def motion_note(setting: Setting, outcome: Outcome) -> tuple[str, ...]:
+    """That errors of a motion which nobody stated, or larger than stated, make most of the noise."""
+    model, moved = setting.model, setting.model.moved
+    shares = [w.share for w in outcome.judge.whiteners if w.smear is not None and w.share is not None]
+    share = np.concatenate(shares) if shares else np.zeros(0)
+    share = share[share > 0]
+    stated = all(s.stated for s in setting.series)
+    if not moved or not stated or not share.size:
+        return ()
+    times = float(np.median(1 / share))
+    known = [input_noise(model, setting.case, r).get(moved) for r in setting.case.fit]
+    if times < MOSTLY or all(known):
+        return ()
+    return (
+        f"errors of {moved}, as it scatters from sample to sample, make most of the noise: {times:.2g} times "
+        f"what is stated of {' and '.join(o.name for o in model.outputs)}",
     )
 
 
