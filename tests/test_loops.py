@@ -139,3 +139,13 @@ def test_a_few_lost_samples_do_no_harm(rate: float) -> None:
     t, z, F = recording(rate=rate)
     there = (t < 3.1) | (t > 3.12)
     assert measure_loops(t[there], z[there], F[there]).mean()["c_loss"][0] == pytest.approx(C, rel=1e-4)
+
+
+def test_cycles_of_unlike_amplitudes_are_noted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    t, z, F = recording(cycles=6.2)
+    for name, grows in (("ramp", 0.2), ("steady", 0.0)):
+        a = 1 + grows * t
+        rows = "".join(f"{x:.6f},{y:.6f},{w:.6f}\n" for x, y, w in zip(t, a * z, a * F, strict=True))
+        (tmp_path / f"{name}.csv").write_text(f"t [s],z [mm],F [N]\n{rows}")
+        assert main(["loops", str(tmp_path / f"{name}.csv")]) == 0
+        assert ("figures are means of unlike cycles" in capsys.readouterr().err) == (name == "ramp")

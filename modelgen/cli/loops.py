@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from modelgen.cli.console import check_outputs, console, spare
+from modelgen.cli.console import check_outputs, console, note, spare
 from modelgen.errors import InputError
 from modelgen.fit.loops import TEXT, UNIT, Loops, Shift, measure_loops, shift, strain, stress
 from modelgen.recordings.columns import read_channels
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 SCHEMA = "modelgen.loops/1"
+VARIES = 0.1
+"""Part of the amplitude by which cycles may differ without a note."""
 SWEPT = ("k_s", "c_loss", "h_s", "loss_angle")
 COLUMNS = Signature(
     "a loop",
@@ -101,7 +103,10 @@ def _print(
         for name, (low, high, unit) in ranges.items():
             shown.add_row(name, Text(f"{number(low, 4)} to {number(high, 4)}"), unit, "range")
         to.print(shown)
-        to.print(Text(f"{found.t.size} cycles"))
+        count, A = found.t.size, found.values["A_z"]
+        to.print(Text(f"{count} cycle{'' if count == 1 else 's'}"))
+        if A.max() - A.min() > VARIES * A.mean():
+            note([f"amplitudes from {A.min():.3g} to {A.max():.3g} mm: figures are means of unlike cycles"])
     if moved is not None:
         to.print(Text(shift_text(moved)))
 
