@@ -15,7 +15,7 @@ from modelgen.diagnose.account.extended import extended
 from modelgen.diagnose.account.holdout import carries_over, look_at_holdout
 from modelgen.diagnose.account.locate import locate
 from modelgen.diagnose.account.show import port_curve, port_sensitivities, traces
-from modelgen.diagnose.account.words import blind_note, bound_note, holdout_note, summary
+from modelgen.diagnose.account.words import blind_note, bound_note, holdout_note, summary, weighed_note
 from modelgen.diagnose.gate.exact import exact, nothing_left
 from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled, reach
 from modelgen.diagnose.gate.leftover import Leftover
@@ -96,7 +96,7 @@ def conclude(
             *motion_note(setting, outcome),
             *disagreement_note(setting, outcome, best, gate.scale),
             *bound_note(setting, base), *blind_note(setting, outcome),
-            *held.notes, *holdout_note(held, doubted),
+            *held.notes, *weighed_note(setting, held), *holdout_note(held, doubted),
         ),
         noise=gate.noise,
         law=law,

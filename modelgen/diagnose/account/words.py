@@ -105,6 +105,21 @@ MISSED = 1.5
 """A hold-out is missed when it lies this many times as far from the model as is to be expected."""
 
 
+GROWS = 1.02
+"""Times the residual before beyond which it is said that it has grown, though less is left over the noise."""
+
+
+def weighed_note(setting: Setting, held: Held) -> tuple[str, ...]:
+    """That a residual grows in its own unit where it falls over the noise: two figures of one table."""
+    before, after = held.before, held.after
+    if not (after.fit > GROWS * before.fit and after.fit_over_noise < before.fit_over_noise):
+        return ()
+    return (
+        f"in {setting.series[0].unit} the residual grows: what is explained lies where the noise, which "
+        "differs from sample to sample, is small",
+    )
+
+
 def _foreseen(held: Held) -> float:
     """The hold-out's residual over the noise that is to be expected: as is left of what was fitted, and as
     the parameters are uncertain."""
