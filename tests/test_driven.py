@@ -164,7 +164,9 @@ def test_residuals_of_two_units_are_not_added() -> None:
     data = {"a": np.sin(np.arange(20.0)), "b": np.zeros(20)}
     record = Recording("run", None, "fit", {"t": np.arange(20.0), "u": np.ones(20)}, data)
     series = make_series(two, Case(None, "two", (record,)), record)
-    assert _rms(two, [series], [np.stack([np.full(20, 3.0), np.full(20, 400.0)])]) == pytest.approx(3.0)
+    raw, white = np.stack([np.full(20, 3.0), np.full(20, 400.0)]), np.ones((2, 20))
+    raw[:, 7], white[:, 7] = 1e6, 0.0  # an outlier, which weighs nothing
+    assert _rms(two, [series], [raw], [white]) == pytest.approx(3.0)
 
 
 def test_units_of_any_power_are_written_as_people_write_them() -> None:
