@@ -68,9 +68,17 @@ def test_pieces_of_a_whole_record_are_the_record() -> None:
 def test_too_little_after_a_gap_is_left_out() -> None:
     from modelgen.fit.pieces import in_pieces
 
-    case = in_pieces(load("modified_dahl"), cut(5600, 5990))
-    (whole,) = case.recordings
-    assert "too short to be parted" in whole.warnings[0]
+    (whole,) = in_pieces(load("modified_dahl"), cut(5600, 5990)).recordings
+    assert whole.n == 5600 and "10 samples in shorter pieces than 20 do not count" in whole.warnings[0]
+
+
+def test_what_is_left_after_a_first_piece_too_short_begins_anywhere() -> None:
+    from modelgen.fit.pieces import in_pieces
+
+    case = in_pieces(load("modified_dahl"), cut(10, 400))
+    (rest,) = case.recordings
+    assert rest.inputs["t"][0] == pytest.approx(400 * STEP) and "r_0" not in rest.constants
+    assert "r_0" not in case.constants and "r_0" in case.bounds
 
 
 def test_steps_that_grow_and_a_motion_at_rest_are_no_gaps() -> None:

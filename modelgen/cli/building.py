@@ -76,14 +76,14 @@ def export_models(
     check_output(folder, folder=True)
     each = settings_of(models, settings)
     to, files = console(), set[Path]()
-    with progress_bar("export") as show:
-        for k, (m, s) in enumerate(zip(models, each, strict=True)):
-            show(k / len(models), f"{m.id}, with exact values for its test")
+    for m, s in zip(models, each, strict=True):
+        with progress_bar(m.id) as show:
+            show(0.0, "with exact values for its test")
             written = export(m, target, folder, s)
-            for path in written:
-                if path not in files:
-                    to.print(str(path), soft_wrap=True)
-            files.update(written)
+        for path in written:
+            if path not in files:
+                to.print(str(path), soft_wrap=True)
+        files.update(written)
     _note_kinds(models)
 
 

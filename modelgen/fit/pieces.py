@@ -3,13 +3,17 @@ knows."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
+
+import numpy as np
 
 from modelgen.fit.experiment import initial_parameters
 from modelgen.language import Model
 from modelgen.recordings import Case, Recording
 from modelgen.recordings.gaps import gaps
+from modelgen.recordings.runs import Array
 
 SHORTEST = 20
 """Samples that a piece has at least; shorter ones are left out."""
@@ -22,7 +26,7 @@ def in_pieces(model: Model, case: Case) -> Case:
     is where the model has no memory: it loses nothing in a gap."""
     if not (model.is_time_model and model.states):
         return case
-    made = [(piece, k > 0) for r in case.recordings for k, piece in enumerate(_pieces(model, r))]
+    made = [part for r in case.recordings for part in _pieces(model, r)]
     if not any(later for _, later in made):
         return replace(case, recordings=tuple(r for r, _ in made))
     begins = initial_parameters(model)
@@ -44,30 +48,39 @@ def in_pieces(model: Model, case: Case) -> Case:
     )
 
 
-def _pieces(model: Model, r: Recording) -> list[Recording]:
-    """A record's parts between its gaps; a warning with the first of them."""
-    moved = [x for n, x in r.inputs.items() if n != model.axis]
+def _pieces(model: Model, r: Recording) -> list[tuple[Recording, bool]]:
+    """A record's parts between its gaps, and whether they come after one; the first has a warning."""
     t = r.inputs.get(model.axis)
-    found = [] if t is None else gaps(t, moved)
+    found = [] if t is None else gaps(t, [x for n, x in r.inputs.items() if n != model.axis])
     if t is None or not found:
-        return [r]
-    unit = next(i.unit for i in model.inputs if i.name == model.axis)
-    longest = max(found, key=lambda k: t[k + 1] - t[k])
-    what = (
-        f"'{r.name}' has {'a gap' if len(found) == 1 else f'{len(found)} gaps'}: "
-        f"{t[longest + 1] - t[longest]:.3g} {unit} after {model.axis} = {t[longest]:.6g} {unit}, "
-        f"{(t[longest + 1] - t[longest]) / (t[longest] - t[longest - 1]):.0f} times the step before"
-    )
-    if len(found) > MOST:
-        said = f"{what}; so many are left as they are, though nobody knows how it moved in them"
-        return [replace(r, warnings=(*r.warnings, said))]
+        return [(r, False)]
+    said = _told(model, r, t, found)
     parts = [slice(a, b) for a, b in pairwise([0, *(k + 1 for k in found), r.n]) if b - a >= SHORTEST]
-    if len(parts) < 2:
-        said = f"{what}, and is too short to be parted there"
-        return [replace(r, warnings=(*r.warnings, said))]
-    said = f"{what}: what comes after it counts as a recording of its own, whatever the sample went through"
-    first = _part(r, parts[0], r.name, (*r.warnings, said))
-    return [first, *(_part(r, s, f"{r.name} from {t[s.start]:.6g} {unit}", ()) for s in parts[1:])]
+    if len(found) > MOST or not parts:
+        said += "; it is left as it is, though nobody knows how it moved there"
+        return [(replace(r, warnings=(*r.warnings, said)), False)]
+    said += "; what comes after one counts as a recording of its own, whatever the sample went through"
+    if (left := r.n - sum(s.stop - s.start for s in parts)) > 0:
+        said += f", and {left} samples in shorter pieces than {SHORTEST} do not count"
+    unit = _unit(model)
+    names = [r.name, *(f"{r.name} from {t[s.start]:.6g} {unit}" for s in parts[1:])]
+    warnings = [(*r.warnings, said), *[()] * (len(parts) - 1)]
+    return [(_part(r, s, name, w), s.start > 0) for s, name, w in zip(parts, names, warnings, strict=True)]
+
+
+def _told(model: Model, r: Recording, t: Array, found: Sequence[int]) -> str:
+    """Where the longest of a record's gaps is, and how long."""
+    step, unit = np.diff(t), _unit(model)
+    k = max(found, key=lambda k: float(step[k]))
+    count = "a gap" if len(found) == 1 else f"{len(found)} gaps"
+    return (
+        f"'{r.name}' has {count}: {step[k]:.3g} {unit} after {model.axis} = {t[k]:.6g} {unit}, "
+        f"{step[k] / np.median(step):.0f} times the usual step"
+    )
+
+
+def _unit(model: Model) -> str:
+    return next(i.unit for i in model.inputs if i.name == model.axis)
 
 
 def _part(r: Recording, some: slice, name: str, said: tuple[str, ...]) -> Recording:
