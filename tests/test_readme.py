@@ -28,13 +28,18 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_the_tour_in_python(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.chdir(ROOT)
+def test_the_tour_in_python(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
     names: dict[str, Any] = {}
     exec(BLOCKS[0], names)
     assert names["Z"].shape == (2,) and names["dZ"].shape == (2, len(names["f"].wrt))
-    value, std, over = map(float, capsys.readouterr().out.split())
+    fitted, named = capsys.readouterr().out.splitlines()
+    value, std, over = map(float, fitted.split())
     assert value == pytest.approx(2.06, abs=0.02) and 0 < std < 0.1 and over > 8
+    assert "power_law_viscoelasticity" in named and (tmp_path / "report.html").stat().st_size > 10_000
 
 
 def test_the_model_of_ten_lines(folder: Path) -> None:

@@ -14,22 +14,25 @@ NEAR = 10
 """Steps before and after that are near."""
 SLOPE = 8
 """Samples on either side by which it is judged how a motion went on."""
+MANY = 100
+"""Pauses that are counted, and not looked at one by one."""
 TOLD = 0.01
 """Of its stroke: so well a motion within a gap is told by a curve between its ends, or nothing is lost."""
 
 
 def gaps(t: Array, motions: Sequence[Array]) -> list[int]:
     """Samples k after which a record of times t (n,), increasing, has a gap in which one of the `motions`,
-    (n,) each, may have been anywhere."""
+    (n,) each, may have been anywhere; all pauses where they are MANY."""
     step = np.diff(t)
     if step.size < 2:
         return []
-    found = []
-    for k in np.flatnonzero(step > LONG * np.median(step)).tolist():
-        beside = np.concatenate([step[max(k - NEAR, 0) : k], step[k + 1 : k + 1 + NEAR]])
-        if step[k] > LONG * beside.max() and any(_lost(t, z, k) for z in motions):
-            found.append(k)
-    return found
+    found = [k for k in np.flatnonzero(step > LONG * np.median(step)).tolist() if _stands_out(step, k)]
+    return found if len(found) > MANY else [k for k in found if any(_lost(t, z, k) for z in motions)]
+
+
+def _stands_out(step: Array, k: int) -> bool:
+    beside = np.concatenate([step[max(k - NEAR, 0) : k], step[k + 1 : k + 1 + NEAR]])
+    return bool(step[k] > LONG * beside.max())
 
 
 def _lost(t: Array, z: Array, k: int) -> bool:
