@@ -19,7 +19,7 @@ from modelgen.diagnose.gate.mirrored import opposed
 from modelgen.diagnose.gate.spectrum import filled
 from modelgen.diagnose.ground import prepare
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
-from modelgen.diagnose.hypotheses.refit import base_starts
+from modelgen.diagnose.hypotheses.starts import base_starts
 from modelgen.diagnose.noise.glitches import abrupt
 from modelgen.diagnose.noise.noise import outliers
 from modelgen.diagnose.noise.recurring import without_recurring

@@ -9,7 +9,8 @@ import numpy as np
 
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts
+from modelgen.diagnose.hypotheses.refit import Fit, Judge
+from modelgen.diagnose.hypotheses.starts import base_starts
 from modelgen.fit.series import Array
 from modelgen.fit.swarms import scattered, swarmed
 

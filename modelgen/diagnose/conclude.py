@@ -15,6 +15,7 @@ from modelgen.diagnose.account.extended import extended
 from modelgen.diagnose.account.holdout import carries_over, look_at_holdout
 from modelgen.diagnose.account.locate import locate
 from modelgen.diagnose.account.show import port_curve, port_sensitivities, traces
+from modelgen.diagnose.account.trials import trials
 from modelgen.diagnose.account.words import blind_note, bound_note, holdout_note, summary, weighed_note
 from modelgen.diagnose.gate.exact import exact, nothing_left
 from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled, reach
@@ -26,13 +27,12 @@ from modelgen.diagnose.gate.rivals import by_odd_noise
 from modelgen.diagnose.gate.unlisted import is_unlisted, named_rather, with_rivals
 from modelgen.diagnose.gate.vague import likely, of_many, told
 from modelgen.diagnose.hypotheses.averaged import averaged, parameters
-from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.moderate import moderated
 from modelgen.diagnose.hypotheses.open_shapes import fairly_priced
-from modelgen.diagnose.hypotheses.ranking import Standing, as_ranked, close, standings, weights
-from modelgen.diagnose.hypotheses.refit import Fit, enough, mean_square, plain_white, vanished
+from modelgen.diagnose.hypotheses.ranking import Standing, as_ranked, close, standings
+from modelgen.diagnose.hypotheses.refit import Fit, enough, mean_square, plain_white
 from modelgen.diagnose.hypotheses.setting import CLOSE, TEMPER, Outcome, Setting, nearest
-from modelgen.diagnose.verdict import Finding, Trial, Verdict
+from modelgen.diagnose.verdict import Finding, Verdict
 from modelgen.fit.result import Estimate
 from modelgen.fit.series import Array
 
@@ -88,7 +88,7 @@ def conclude(
         extended_model=path,
         seconds=time.perf_counter() - begun,
         summary=summary(setting, findings, held, gate, best, outcome.judge.smooth is not None),
-        trials=_trials(outcome),
+        trials=trials(outcome),
         traces=shown,
         curve=port_curve(setting, best, sensitivities, port),
         notes=(
@@ -273,29 +273,3 @@ def _experiment(setting: Setting, outcome: Outcome, gate: Gate, s: Standing) -> 
         return ANOTHER
     same = " and ".join((s.addition.id, *s.equivalents))
     return f"no recording of this menu would tell them apart: {same} are the same function of what was varied"
-
-
-SHOWN, BEYOND = 40, 10
-"""Hypotheses that a verdict lists, with no more effects than it names and with more."""
-
-
-def _trials(outcome: Outcome) -> tuple[Trial, ...]:
-    """The best of what was tried, each set of effects once; none of which nothing is left but fewer."""
-    first: dict[frozenset[str], Fit] = {}
-    for f in sorted((f for f in outcome.tried if not vanished(f)), key=lambda f: f.bic):
-        first.setdefault(frozenset(f.ids), f)
-    count = max(len(outcome.best.ids), 1)
-    few = [f for f in first.values() if len(f.ids) <= count][:SHOWN]
-    more = [f for f in first.values() if len(f.ids) > count][:BEYOND]
-    # to be claimed, one effect more must gain far more; beside nothing missing none has a share
-    equals = [f for f in few if len(f.ids) == len(outcome.best.ids) > 0]
-    odds = dict(zip(map(id, equals), weights(equals), strict=True)) if equals else {}
-    places: dict[str, set[str]] = {}
-    for a in (a for f in outcome.tried for a in f.hypothesis.added):
-        places.setdefault(a.id, set()).add(a.port.name)
-    return tuple(
-        Trial(f.ids, " + ".join(a.family for a in f.hypothesis.added), f.bic - outcome.base.bic, f.parameters,
-              float(np.sqrt(f.chi2 / effective(f.white))), float(odds.get(id(f), np.nan)),
-              tuple(a.port.name if len(places[a.id]) > 1 else "" for a in f.hypothesis.added))
-        for f in (*few, *more)
-    )  # fmt: skip

@@ -13,8 +13,9 @@ import numpy as np
 from modelgen.codegen.lower import primary_outputs
 from modelgen.diagnose.experiment.menu import Plan
 from modelgen.diagnose.hypotheses.addition import Addition, ranged, widened
+from modelgen.diagnose.hypotheses.bounds import free
 from modelgen.diagnose.hypotheses.evidence import effective
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, free
+from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.scales import record_scales
 from modelgen.diagnose.hypotheses.setting import CLOSE, Setting
 from modelgen.diagnose.noise.smooth_error import quietness, with_smooth

@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
-from modelgen.diagnose.hypotheses.refit import Fit, base_starts, misfit
+from modelgen.diagnose.hypotheses.refit import Fit, misfit
+from modelgen.diagnose.hypotheses.starts import base_starts
 from modelgen.diagnose.search.search import white_judge
 from modelgen.fit.series import Series, make_series
 from modelgen.language import Model

@@ -19,11 +19,12 @@ from dataclasses import replace
 import numpy as np
 
 from modelgen.diagnose.hypotheses.addition import Addition
+from modelgen.diagnose.hypotheses.bounds import moving
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
 from modelgen.diagnose.hypotheses.pasts import price
 from modelgen.diagnose.hypotheses.ranking import weights
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, moving
+from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import CLOSE, Outcome, Setting
 from modelgen.fit.series import Array
 

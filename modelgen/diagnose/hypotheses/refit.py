@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from modelgen.diagnose.hypotheses.bounds import at_ends, free, held_in, moving
 from modelgen.diagnose.hypotheses.evidence import Level, Smooth, bic, effective
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, centre
-from modelgen.diagnose.hypotheses.own_units import in_own_units
 from modelgen.diagnose.hypotheses.pasts import is_past, price, widths_of
 from modelgen.errors import InputError
 from modelgen.fit import GaussNewton
-from modelgen.fit.experiment import Layout
 from modelgen.fit.whitener import Array, Whitener
 
 SPRINT = 12
@@ -129,9 +128,9 @@ class Judge:
         """A fit or, if that is better, one from where the parameters that descents have driven to a bound are
         as in the fit `like` it, without friction, how it slips has no slope that led back; or in the middle
         of their range, where kinks hold descents up and they say how a record began."""
-        ends, pasts = _ends_of(f), self._held(f)
+        ends, pasts = held_in(f.hypothesis, f.theta), self._held(f)
         there = dict(zip(like.hypothesis.names, like.theta.tolist(), strict=True))
-        there = {n: x for n, x in there.items() if n not in _ends_of(like)} | pasts
+        there = {n: x for n, x in there.items() if n not in held_in(like.hypothesis, like.theta)} | pasts
         own = zip(f.hypothesis.names, f.theta.tolist(), strict=True)
         start = [there.get(n, x) if n in ends else x for n, x in own]
         if start == f.theta.tolist():
@@ -217,7 +216,7 @@ class Judge:
         e = fit.hypothesis.experiment
         r, J = e.linearised(fit.theta, self.whiteners)
         with np.errstate(all="ignore"):
-            held = _at_ends(e.layout, fit.theta) @ np.array([1, -1]) * (r @ J) > 0
+            held = at_ends(e.layout, fit.theta) @ np.array([1, -1]) * (r @ J) > 0
         return r, np.where(held, 0.0, J)
 
 
@@ -251,69 +250,6 @@ def _leading(ends: Sequence[tuple[float, Array]], few: int = 1) -> list[tuple[fl
     ends = sorted(ends, key=lambda e: e[0])
     apart = [e for k, e in enumerate(ends) if k == 0 or e[0] > (1 + 1e-6) * ends[k - 1][0]]
     return [e for k, e in enumerate(apart) if e[0] <= AHEAD * ends[0][0] or k < few]
-
-
-def moving(layout: Layout, theta: Array, shapes: Collection[str] = ()) -> Array:
-    """Which parameters, (p,) bool, are not held by a bound.
-
-    An effect's shape on its bound has been chosen there like any other value: it counts as within.
-    """
-    chosen = np.array([n in shapes for n in layout.names], dtype=bool)
-    return np.asarray(~_at_ends(layout, theta).any(axis=1) | chosen)
-
-
-def _at_ends(layout: Layout, theta: Array) -> Array:
-    """(p, 2) bool: which parameters are at their lower, and at their upper bound."""
-    low, high = np.array([p.bounds for p in layout.parameters], dtype=float).reshape(-1, 2).T
-    size = np.where(np.isfinite(high - low), high - low, np.maximum(np.abs(theta), 1e-300))
-    away = np.stack([np.abs(theta - low), np.abs(high - theta)], axis=1)
-    return np.asarray(away <= 1e-9 * size[:, None])
-
-
-def _ends_of(f: Fit) -> set[str]:
-    """Names of a fit's parameters that are at a bound."""
-    ends = _at_ends(f.hypothesis.experiment.layout, f.theta)
-    return {n for n, at in zip(f.hypothesis.names, ends.tolist(), strict=True) if any(at)}
-
-
-def vanished(f: Fit) -> bool:
-    """Whether an effect of a hypothesis is driven to nothing: its model is that of fewer effects."""
-    value = dict(zip(f.hypothesis.names, f.theta.tolist(), strict=True))
-    return any(all(value.get(n, x) == x for n, x in a.nulls.items()) for a in f.hypothesis.added)
-
-
-def free(layout: Layout, theta: Array, shapes: Collection[str] = (), pasts: Collection[str] = ()) -> int:
-    """Number of parameters that count: a passive element driven to nothing costs nothing, nor does a past at
-    its end; on a bound that says no more than where a search stops, a parameter costs like any other."""
-    ends = [p.bounds for p in layout.parameters]
-    none = [0.0 in b and abs(x) <= max(map(abs, b)) / 2 for b, x in zip(ends, theta.tolist(), strict=True)]
-    nothing = np.array(none, dtype=bool) | is_past(layout, pasts)
-    return int(np.count_nonzero(moving(layout, theta, shapes) | ~nothing))
-
-
-def base_starts(h: Hypothesis, seed: int, count: int = 8) -> list[Array]:
-    """Starts for the base: its defaults, ones in the recordings' own units, points spread over the bounds.
-
-    Parameters with bounds many decades apart, or none, are spread by the logarithm about both in turn.
-    """
-    p = h.experiment.layout.parameters
-    defaults = np.array([q.default if q.default is not None else centre(q) for q in p])
-    own = in_own_units(h.experiment, defaults)
-    rng = np.random.default_rng(seed)
-    starts = [defaults, own]
-    for turn in range(count - len(starts)):
-        default = starts[turn % 2]
-        x = default.copy()
-        for k, q in enumerate(p):
-            low, high = q.bounds
-            if not np.isfinite(high - low):
-                x[k] = default[k] * float(np.exp(rng.normal(0, 1.0))) if default[k] else default[k]
-            elif (low > 0 and high / low > 100) or (low == 0 and high > 100 * default[k] > 0):
-                x[k] = np.clip(default[k] * float(np.exp(rng.normal(0, 2.0))), low, high)
-            else:
-                x[k] = rng.uniform(low, high)
-        starts.append(x)
-    return starts[:count]
 
 
 def refine(judge: Judge, fits: Sequence[Fit]) -> list[Fit]:

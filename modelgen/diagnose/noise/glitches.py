@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from modelgen.diagnose.hypotheses.bounds import moving
 from modelgen.diagnose.hypotheses.evidence import bic, effective
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, moving
+from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import ALARM
 from modelgen.diagnose.noise.noise import FITS, GROSS, outliers_of
 from modelgen.fit.series import Array, Series

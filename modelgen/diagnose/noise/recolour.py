@@ -8,8 +8,9 @@ from functools import partial
 
 import numpy as np
 
+from modelgen.diagnose.hypotheses.bounds import moving
 from modelgen.diagnose.hypotheses.evidence import bic, effective, settled
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, moving, plain_white
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, misfit, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, Setting
 from modelgen.diagnose.noise.follows import ignores_motion
 from modelgen.diagnose.noise.noise import FITS, correlation_length, first_order, fitful, local_level, scatter

@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, Setting
+from modelgen.diagnose.hypotheses.starts import base_starts
 from modelgen.diagnose.search.far import beyond_scatter
 from modelgen.fit.series import Array
 

@@ -9,8 +9,9 @@ from functools import partial
 import numpy as np
 
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis
-from modelgen.diagnose.hypotheses.refit import Fit, Judge, base_starts, plain_white
+from modelgen.diagnose.hypotheses.refit import Fit, Judge, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, Setting
+from modelgen.diagnose.hypotheses.starts import base_starts
 from modelgen.diagnose.noise.recolour import gross
 from modelgen.diagnose.search.afresh import HOPE, afresh, elsewhere
 from modelgen.diagnose.search.far import BENT, FAR, beyond_scatter
