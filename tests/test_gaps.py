@@ -1,5 +1,7 @@
 """Records with gaps: what nobody recorded is no physics, and a memory does not go on through it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -86,6 +88,39 @@ def test_steps_that_grow_and_a_motion_at_rest_are_no_gaps() -> None:
     assert gaps(t, [np.sin(t / 200)]) == []
     t = np.concatenate([np.arange(100.0), 1000 + np.arange(100.0)])
     assert gaps(t, [np.where(t < 500, np.minimum(t, 50.0), 50.0)]) == []
+    assert gaps(t, [np.full(200, 0.1)]) == []
+
+
+def test_times_that_are_none_are_left_to_who_refuses_them() -> None:
+    t = np.concatenate([[0.0, 0.0], 100 + np.arange(50.0)])
+    assert gaps(t, [np.sin(t)]) == []
+    assert gaps(-np.arange(100.0), [np.sin(np.arange(100.0))]) == []
+
+
+def test_a_state_that_begins_with_no_parameter_goes_on_through_a_gap() -> None:
+    from modelgen.fit.pieces import in_pieces
+    from modelgen.language import Equation, Input, Model, Parameter, State, Symbol
+
+    t, P = Input("t", "s"), Input("P", "W")
+    G, C = Parameter("G", "W/K", 0.5, (0.01, 5.0)), Parameter("C", "J/K", 20.0, (1.0, 100.0))
+    T = State("T", 0, rate=(P - G * Symbol("T", real=True)) / C, unit="K")
+    heater = Model("heater", (t, P), (G, C), (T, Equation("rise", T.symbol, "K")), ("rise",))
+    x = np.delete(np.arange(400.0), slice(150, 200))
+    record = Recording("a", None, "fit", {"t": x, "P": 10 + 5 * np.sin(x / 9)}, {"rise": np.sin(x)})
+    (whole,) = in_pieces(heater, Case(None, "heater", (record,))).recordings
+    assert whole.n == 350 and "left as it is" in whole.warnings[0]
+
+
+def test_what_is_held_out_ends_at_a_gap_where_no_start_is_free() -> None:
+    from modelgen.fit.pieces import in_pieces
+
+    whole, gap = cut(0, 0), cut(2000, 2350)
+    held = Recording("h", None, "holdout", gap.fit[0].inputs, gap.fit[0].outputs)
+    case = in_pieces(load("modified_dahl"), replace(whole, recordings=(*whole.recordings, held)))
+    assert [(r.name, r.n) for r in case.recordings] == [("a", 6000), ("h", 2000)]
+    assert case.constants == whole.constants and "has a gap" in case.holdout[0].warnings[0]
+    both = in_pieces(load("modified_dahl"), replace(gap, recordings=(*gap.recordings, held)))
+    assert [r.name for r in both.holdout] == ["h", "h from 4.7 s"]
 
 
 @given(st.integers(30, 300), st.integers(60, 400))

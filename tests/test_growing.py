@@ -34,7 +34,7 @@ def verdict(sizes: tuple[float, ...], seed: int = 4) -> Verdict:
 def test_what_grows_from_sweep_to_sweep_is_unknown() -> None:
     found = verdict((0.2, 1.0, 4.0))
     assert [e.id for e in found.effects] == ["unknown_electrical"]
-    assert "grows from sweep to sweep" in found.summary
+    assert "differs in size from sweep to sweep" in found.summary
     assert not any("counted as noise" in n for n in found.notes)
 
 

@@ -409,3 +409,14 @@ def test_a_copy_of_a_recording_does_not_count_twice(tmp_path: Path) -> None:
     assert [r.name for r in found.recordings] == ["a", "c"]
     assert found.warnings == ("'b' holds the same samples as 'a': left out",)
     assert [r.name for r in read(("a", "fit"), ("b", "holdout")).recordings] == ["a", "b"]
+
+
+@pytest.mark.parametrize("pair", ["Re(Z) [ohm],Im(Z) [ohm]", "Z_re [ohm],Z_im [ohm]"])
+def test_a_complex_quantity_in_other_words(tmp_path: Path, pair: str) -> None:
+    rows = "10,6,1\n20,6,2\n30,6,3\n"
+    r = record(tmp_path, f"f [Hz],{pair}\n{rows}", COIL)
+    assert r.outputs["Z"].tolist() == [6 + 1j, 6 + 2j, 6 + 3j]
+    beside = "10,6,1,7\n20,6,2,7\n30,6,3,7\n"  # what stands there as it should goes before
+    r = record(tmp_path, f"f [Hz],Re Z [ohm],Im Z [ohm],Z_re [ohm]\n{beside}", COIL)
+    assert r.outputs["Z"].tolist() == [6 + 1j, 6 + 2j, 6 + 3j] and "Z_re" in r.warnings[0]
+    assert "wanted 'Re Z' or 'Im Z' or '|Z|'" in complaint(tmp_path, "f [Hz],Q [ohm]\n1,2\n", COIL)

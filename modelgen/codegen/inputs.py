@@ -43,7 +43,9 @@ def complete_inputs(
     if broadcast[0].size == 0:
         raise InputError(f"inputs of model '{model.id}' are empty")
     arrays = {n: np.ascontiguousarray(a).ravel() for n, a in zip(arrays, broadcast, strict=True)}
-    if model.states and any(i.derived for i in model.inputs) and model.axis in arrays:
+    integrated = any(s.rate is not None for s in model.states)
+    computed = any(i.derived and i.derived[0] != "previous" and i.name not in arrays for i in model.inputs)
+    if model.states and (integrated or computed):
         _check_order(model, arrays[model.axis])
     for of in dict.fromkeys(
         i.derived[1]

@@ -96,7 +96,7 @@ def conclude(
             *motion_note(setting, outcome),
             *disagreement_note(setting, outcome, best, gate.scale),
             *bound_note(setting, base), *blind_note(setting, outcome),
-            *held.notes, *weighed_note(setting, held), *holdout_note(held, doubted),
+            *held.notes, *weighed_note(setting, outcome, held), *holdout_note(held, doubted),
         ),
         noise=gate.noise,
         law=law,

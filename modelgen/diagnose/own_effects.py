@@ -115,8 +115,9 @@ def _listed(names: Iterable[str]) -> str:
     return ", ".join(f"'{n}'" for n in names) or "nothing"
 
 
-SAME = 1e-6
-"""Part of a recording's model that an effect of no strength may change: rounding."""
+SAME, INTEGRATED = 1e-6, 1e-2
+"""Part of a recording's model that an effect of no strength may change: rounding, and where states are
+integrated what finer steps do."""
 
 
 def check_nulls(additions: Sequence[Addition], setting: Setting, base: Fit) -> None:
@@ -129,7 +130,7 @@ def check_nulls(additions: Sequence[Addition], setting: Setting, base: Fit) -> N
             before = e.raw(base.theta, k)
             changed = np.abs(h.experiment.raw(theta, k) - before).max()
             size = np.abs(before + s.data).max()
-            if not changed <= SAME * size:
+            if not changed <= (INTEGRATED if h.experiment.model.states else SAME) * size:
                 null = " and ".join(f"{n} = {x:g}" for n, x in a.nulls.items())
                 raise InputError(
                     f"effect '{a.id}' at port '{a.port.name}': with {null} the model has to be as it was, "

@@ -182,7 +182,7 @@ def _each_once(recordings: Sequence[Recording]) -> list[Recording]:
 
 def _same(a: Recording, b: Recording) -> bool:
     """Whether two recordings hold the same, samples and what is known beside them."""
-    if (a.role, a.n, dict(a.constants), dict(a.kinds)) != (b.role, b.n, dict(b.constants), dict(b.kinds)):
+    if (a.role, a.n, a.noise, dict(a.constants)) != (b.role, b.n, b.noise, dict(b.constants)):
         return False
     pairs = ((a.inputs, b.inputs), (a.outputs, b.outputs))
     return all(x.keys() == y.keys() and all(np.array_equal(x[n], y[n]) for n in x) for x, y in pairs)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -115,19 +115,31 @@ def _parts(signature: Signature) -> dict[str, Part]:
 
 def _complex_parts(channel: Channel, bare_phase: bool) -> Iterator[tuple[str, Part]]:
     for x in channel.names:
-        for name in (f"Re {x}", f"Re({x})", f"{x}_re"):
-            yield name, Part(channel.name, "re", channel.unit)
-        for name in (f"Im {x}", f"Im({x})", f"{x}_im"):
-            yield name, Part(channel.name, "im", channel.unit)
+        yield f"Re {x}", Part(channel.name, "re", channel.unit)
+        yield f"Im {x}", Part(channel.name, "im", channel.unit)
         for name in (f"|{x}|", f"abs_{x}", f"abs {x}"):
             yield name, Part(channel.name, "modulus", channel.unit)
         for name in (f"phase {x}", f"phase_{x}", *(["phase"] if bare_phase else [])):
             yield name, Part(channel.name, "phase", "deg")
 
 
+def _in_other_words(table: Table, signature: Signature, parts: Mapping[str, Part]) -> dict[str, Part]:
+    """Columns Re(Z) and Im(Z), or Z_re and Z_im, of complex quantities that the table has in no other way."""
+    there = {c.name for c in table.columns}
+    seen = {parts[n].channel for n in there & set(parts)}
+    found: dict[str, Part] = {}
+    for channel in (c for c in signature.outputs if c.complex and c.name not in seen):
+        pairs = [p for x in channel.names for p in ((f"Re({x})", f"Im({x})"), (f"{x}_re", f"{x}_im"))]
+        for re, im in [p for p in pairs if set(p) <= there - set(parts)][:1]:
+            found[re] = Part(channel.name, "re", channel.unit)
+            found[im] = Part(channel.name, "im", channel.unit)
+    return found
+
+
 def _pick(table: Table, signature: Signature) -> tuple[dict[Part, Column], list[str]]:
     """The column of each part that the table has, and what to warn of."""
     parts = _parts(signature)
+    parts |= _in_other_words(table, signature, parts)
     picked: dict[Part, Column] = {}
     others: list[Column] = []
     for column in table.columns:

@@ -19,12 +19,15 @@ MANY = 100
 TOLD = 0.01
 """Of its stroke: so well a motion within a gap is told by a curve between its ends, or nothing is lost."""
 
+ROUNDING = 1e-9
+"""Of its values: so much a motion may differ from itself."""
+
 
 def gaps(t: Array, motions: Sequence[Array]) -> list[int]:
     """Samples k after which a record of times t (n,), increasing, has a gap in which one of the `motions`,
     (n,) each, may have been anywhere; all pauses where they are MANY."""
     step = np.diff(t)
-    if step.size < 2:
+    if step.size < 2 or not (np.isfinite(step) & (step > 0)).all():  # refused later, in words
         return []
     found = [k for k in np.flatnonzero(step > LONG * np.median(step)).tolist() if _stands_out(step, k)]
     return found if len(found) > MANY else [k for k in found if any(_lost(t, z, k) for z in motions)]
@@ -43,7 +46,7 @@ def _lost(t: Array, z: Array, k: int) -> bool:
     wait = t[k + 1] - t[k]
     between = abs(z[k + 1] - z[k] - wait * sum(slopes) / 2)  # the mean slope is not that of the ends
     bulge = abs(slopes[1] - slopes[0]) * wait / 8
-    return bool(max(between, bulge) > TOLD * np.ptp(z))
+    return bool(max(between, bulge) > TOLD * np.ptp(z) + ROUNDING * np.abs(z).max())
 
 
 def _slope(t: Array, z: Array) -> float:

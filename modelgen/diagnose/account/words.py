@@ -109,15 +109,23 @@ GROWS = 1.02
 """Times the residual before beyond which it is said that it has grown, though less is left over the noise."""
 
 
-def weighed_note(setting: Setting, held: Held) -> tuple[str, ...]:
-    """That a residual grows in its own unit where it falls over the noise: two figures of one table."""
-    before, after = held.before, held.after
+def weighed_note(setting: Setting, outcome: Outcome, held: Held) -> tuple[str, ...]:
+    """That a residual grows in its own unit where it falls over a noise that differs from sample to sample:
+    two figures of one table."""
+    before, after, whiteners = held.before, held.after, outcome.judge.whiteners
     if not (after.fit > GROWS * before.fit and after.fit_over_noise < before.fit_over_noise):
+        return ()
+    plain = all(w.ar is None and w.root is None for w in whiteners) and len(setting.model.outputs) == 1
+    if not plain or not any(np.ptp(np.abs(w.weight)) for w in whiteners) or _in_degrees(setting):
         return ()
     return (
         f"in {setting.series[0].unit} the residual grows: what is explained lies where the noise, which "
         "differs from sample to sample, is small",
     )
+
+
+def _in_degrees(setting: Setting) -> bool:
+    return any(s.measure == "phase" for s in setting.series)
 
 
 def _foreseen(held: Held) -> float:

@@ -1,4 +1,4 @@
-"""What grows from sweep to sweep and keeps its shape: no error of an instrument, which is alike in all."""
+"""What keeps its shape and differs in size from sweep to sweep: no error of an instrument, alike in all."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ROUNDS = 2
 
 def growing(outcome: Outcome) -> Leftover | None:
     """What is counted as a smooth error of the instrument, where it is far likelier to be of another size in
-    each sweep than of one in all: something follows what differs between them."""
+    each sweep, with one shape, than of one size in all: something follows what differs between them."""
     judge, base = outcome.judge, outcome.base
     series = base.hypothesis.experiment.series
     if judge.smooth is None or outcome.best.hypothesis.added or len(series) < 2:
@@ -36,7 +36,7 @@ def growing(outcome: Outcome) -> Leftover | None:
     top = max(found)
     each = ", ".join(f"{x / top:.2g} in '{s.name}'" for s, x in zip(series, found, strict=True))
     says = (
-        f"something smooth over {base.hypothesis.experiment.model.axis} that keeps its shape and grows from "
-        f"sweep to sweep ({each}): an error of the instrument would be alike in all"
+        f"something smooth over {base.hypothesis.experiment.model.axis} that keeps its shape and differs in "
+        f"size from sweep to sweep ({each}): an error of the instrument would be alike in all"
     )
     return Leftover(gain, 0.0, "", says, weights=tuple(found))
