@@ -419,4 +419,5 @@ def test_a_complex_quantity_in_other_words(tmp_path: Path, pair: str) -> None:
     beside = "10,6,1,7\n20,6,2,7\n30,6,3,7\n"  # what stands there as it should goes before
     r = record(tmp_path, f"f [Hz],Re Z [ohm],Im Z [ohm],Z_re [ohm]\n{beside}", COIL)
     assert r.outputs["Z"].tolist() == [6 + 1j, 6 + 2j, 6 + 3j] and "Z_re" in r.warnings[0]
+    assert "found 'Z_re' without 'Z_im'" in complaint(tmp_path, "f [Hz],Z_re [ohm]\n1,2\n", COIL)
     assert "wanted 'Re Z' or 'Im Z' or '|Z|'" in complaint(tmp_path, "f [Hz],Q [ohm]\n1,2\n", COIL)

@@ -123,14 +123,18 @@ def _complex_parts(channel: Channel, bare_phase: bool) -> Iterator[tuple[str, Pa
             yield name, Part(channel.name, "phase", "deg")
 
 
+def _other_words(channel: Channel) -> list[tuple[str, str]]:
+    """Further names of the real and the imaginary part of a complex quantity."""
+    return [p for x in channel.names for p in ((f"Re({x})", f"Im({x})"), (f"{x}_re", f"{x}_im"))]
+
+
 def _in_other_words(table: Table, signature: Signature, parts: Mapping[str, Part]) -> dict[str, Part]:
     """Columns Re(Z) and Im(Z), or Z_re and Z_im, of complex quantities that the table has in no other way."""
     there = {c.name for c in table.columns}
     seen = {parts[n].channel for n in there & set(parts)}
     found: dict[str, Part] = {}
     for channel in (c for c in signature.outputs if c.complex and c.name not in seen):
-        pairs = [p for x in channel.names for p in ((f"Re({x})", f"Im({x})"), (f"{x}_re", f"{x}_im"))]
-        for re, im in [p for p in pairs if set(p) <= there - set(parts)][:1]:
+        for re, im in [p for p in _other_words(channel) if set(p) <= there - set(parts)][:1]:
             found[re] = Part(channel.name, "re", channel.unit)
             found[im] = Part(channel.name, "im", channel.unit)
     return found
@@ -177,7 +181,10 @@ def _check_complete(
     names = {c.name for c in signature.outputs}
     if not any(p.channel in names for p in picked):
         titles = [x for x, p in _parts(signature).items() if p.channel in names]
+        pairs = [p for c in signature.outputs if c.complex for p in _other_words(c)]
+        lone = [(n, twin) for re, im in pairs for n, twin in ((re, im), (im, re)) if n in spare]
         hint = next((h for x in titles if (h := did_you_mean(x, spare))), _listing(table))
+        hint = f", found '{lone[0][0]}' without '{lone[0][1]}'" if lone else hint
         raise fail(f"{table.at()}: no output column, wanted {' or '.join(map(repr, titles[:4]))}{hint}")
     for part, column in picked.items():
         twin = {"re": "im", "im": "re"}.get(part.what)

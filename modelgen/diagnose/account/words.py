@@ -115,17 +115,14 @@ def weighed_note(setting: Setting, outcome: Outcome, held: Held) -> tuple[str, .
     before, after, whiteners = held.before, held.after, outcome.judge.whiteners
     if not (after.fit > GROWS * before.fit and after.fit_over_noise < before.fit_over_noise):
         return ()
-    plain = all(w.ar is None and w.root is None for w in whiteners) and len(setting.model.outputs) == 1
-    if not plain or not any(np.ptp(np.abs(w.weight)) for w in whiteners) or _in_degrees(setting):
+    plain = all(w.ar is None and w.root is None for w in whiteners)
+    one_unit = len(setting.model.outputs) == 1 and all(s.measure != "phase" for s in setting.series)
+    if not (plain and one_unit and any(np.ptp(np.abs(w.weight)) for w in whiteners)):
         return ()
     return (
         f"in {setting.series[0].unit} the residual grows: what is explained lies where the noise, which "
         "differs from sample to sample, is small",
     )
-
-
-def _in_degrees(setting: Setting) -> bool:
-    return any(s.measure == "phase" for s in setting.series)
 
 
 def _foreseen(held: Held) -> float:
