@@ -3,7 +3,7 @@ to it and to what is there already."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import erf, hypot, log, sqrt
@@ -23,6 +23,7 @@ from modelgen.errors import InputError
 from modelgen.fit import GaussNewton
 from modelgen.fit.experiment import Experiment, Layout
 from modelgen.fit.motion import errors_in_motion
+from modelgen.fit.problem import Problem
 from modelgen.fit.series import Array, Series, input_noise, make_series
 from modelgen.fit.whitener import Whitener
 from modelgen.recordings import Case, Noise, Recording
@@ -37,7 +38,8 @@ class Rivals:
     """Hypotheses that the data do not exclude, all under one judge.
 
     near: others that come next, and might come back; they are not taken for the truth. scale: χ² per sample
-    of the best; k: the recording that a planned one is like.
+    of the best; k: the recording that a planned one is like. together: what leaves the same of every sample
+    need not be told apart.
     """
 
     setting: Setting
@@ -46,6 +48,7 @@ class Rivals:
     near: tuple[Fit, ...]
     k: int
     scale: float
+    together: bool = False
 
     @cached_property
     def _normals(self) -> dict[int, Array]:
@@ -60,7 +63,24 @@ class Rivals:
 
     def others(self, i: int) -> list[Fit]:
         """Those that would have to be excluded if the one at `i` is true."""
-        return [f for f in (*self.fits, *self.near) if set(f.ids) != set(self.fits[i].ids)]
+        return self._others[i]
+
+    @cached_property
+    def _others(self) -> list[list[Fit]]:
+        every = (*self.fits, *self.near)
+        return [
+            [g for g in every if set(g.ids) != set(f.ids) and not (self.together and same(f, g))]
+            for f in self.fits
+        ]
+
+
+SAME = 1e-3
+"""Standard deviations of the noise by which laws that are one under two names differ by rounding."""
+
+
+def same(a: Fit, b: Fit) -> bool:
+    """Whether two hypotheses leave the same of every sample."""
+    return all(np.allclose(x, y, atol=SAME) for x, y in zip(a.white, b.white, strict=True))
 
 
 @dataclass(frozen=True)
@@ -118,22 +138,19 @@ def _left(rivals: Rivals, truth: Fit, rival: Fit, new: Series) -> Exclusion:
     e, start = joined(rival, rivals.k, new)
     e = replace(e, layout=widened(e.layout, added))
     n = effective(truth.white)
-    more_data, local = log((n + new.data.size) / n), GaussNewton(max_iter=20, tol=1e-3)
+    more_data = log((n + new.data.size) / n)
     worst: Exclusion | None = None
     own = [a for a, b in zip(added, rival.hypothesis.added, strict=True) if b.key not in truth.hypothesis.key]
-    for point in _starts(e.layout, own, start):
-        with np.errstate(all="ignore"):
-            try:
-                found = local.run(e.problem(point, whiteners))
-            except (InputError, np.linalg.LinAlgError):
-                continue
-        if not np.isfinite(found.value):
-            continue
-        behind = (float(found.value) - truth.chi2) / rivals.scale
+    try:
+        problem = e.problem(start, whiteners)
+    except InputError:
+        return NOT
+    for value, theta in _ends(problem, _starts(e.layout, own, start, truth)):
+        behind = (value - truth.chi2) / rivals.scale
         more = max(behind - (rival.chi2 - truth.chi2) / rivals.scale, 0.0) / rivals.judge.temper
         if rivals.judge.temper > 1.0:  # by what both are wrong already, neither is excluded
             behind = more
-        count = free(e.layout, np.asarray(found.theta), rival.hypothesis.shapes, rival.hypothesis.pasts)
+        count = free(e.layout, theta, rival.hypothesis.shapes, rival.hypothesis.pasts)
         price = (count - rival.parameters) * log(n) + (count - truth.parameters) * more_data
         lead = rival.bic - truth.bic + price + more
         now = Exclusion(behind, lead, chance(lead, more))
@@ -143,18 +160,42 @@ def _left(rivals: Rivals, truth: Fit, rival: Fit, new: Series) -> Exclusion:
     return worst or NOT
 
 
-def _starts(layout: Layout, added: Sequence[Addition], theta: Array) -> list[Array]:
+BEGUN, ON, FOLLOWED = GaussNewton(max_iter=20, tol=1e-3), GaussNewton(max_iter=100, tol=1e-5), 3
+"""Descents from all starts, and how those that have come farthest go on."""
+
+
+def _ends(problem: Problem, starts: Sequence[Array]) -> Iterator[tuple[float, Array]]:
+    """(r·r, θ) where descents have come, from the first start at first; then where the best of them end."""
+    found: list[tuple[float, Array]] = []
+    for some, local in ((starts[:1], BEGUN), (starts[1:], BEGUN), ([], ON)):
+        begun = some or [x for _, x in sorted(found, key=lambda e: e[0])[:FOLLOWED]]
+        if not begun:
+            continue
+        with np.errstate(all="ignore"):
+            ends = local.descents(problem, np.clip(np.array(begun), problem.lower, problem.upper))
+        new = [(float(v), x) for v, x in zip(ends.value, ends.theta, strict=True) if np.isfinite(v)]
+        found += new
+        yield from new
+
+
+def _starts(layout: Layout, added: Sequence[Addition], theta: Array, truth: Fit) -> list[Array]:
     """θ, and with the shapes of the rival's own effects (`added`) elsewhere: a new record may ask for quite
-    others."""
-    starts = [theta]
+    others. At θ and at the ends, where laws become simpler ones, also with what the truth has of the same
+    parameters: under another load, sharp resonances leave valleys on the way there."""
+    starts, ends = [theta], [theta]
     for a in added:
-        grid = a.grid
-        for point in grid[:: max(1, len(grid) // SPREAD)] if a.effect.shapes else []:
-            other = theta.copy()
-            for n, v in point.items():
-                other[layout.names.index(n)] = v
-            starts.append(other)
-    return starts
+        grid = a.grid if a.effect.shapes else []
+        for point in grid[:: max(1, len(grid) // SPREAD)]:
+            starts.append(_with(layout, theta, point))
+        ends += [_with(layout, theta, point) for point in (grid[0], grid[-1])] if grid else []
+    there = dict(zip(truth.hypothesis.names, truth.theta.tolist(), strict=True))
+    return starts + [_with(layout, x, there) for x in ends]
+
+
+def _with(layout: Layout, theta: Array, values: Mapping[str, float]) -> Array:
+    """θ with these values of the parameters that it has."""
+    own = zip(layout.names, theta.tolist(), strict=True)
+    return np.array([values.get(n, x) for n, x in own])
 
 
 # -- the planned recording -----------------------------------------------------------------------------------

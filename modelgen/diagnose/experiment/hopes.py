@@ -47,7 +47,8 @@ def hopes(rivals: Rivals, plan: Plan, times: Sequence[int], odds: Sequence[float
     views: dict[int, _View] = {}
     worth = np.zeros(len(times))
     for i, truth in enumerate(rivals.fits):
-        new = simulated(rivals, truth, plan, empty) if odds[i] > RARE else None
+        asked = odds[i] > RARE and rivals.others(i)
+        new = simulated(rivals, truth, plan, empty) if asked else None
         if new is None:
             continue
         least, noise = np.ones(len(times)), [new.whitener(n) for n in times]

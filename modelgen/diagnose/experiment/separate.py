@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from modelgen.diagnose.experiment.foresee import Rivals, excluded
+from modelgen.diagnose.experiment.foresee import Rivals, excluded, same
 from modelgen.diagnose.experiment.hopes import hopes
 from modelgen.diagnose.experiment.menu import TIMES, Plan, often, plans
 from modelgen.diagnose.hypotheses.evidence import effective
@@ -36,20 +36,18 @@ CLEAR = 6.0
 ROUGH = 4.0
 """χ² per sample from which errors of the best hypothesis hide more than noise does: averaging is no help."""
 
-SAME = 1e-3
-"""Standard deviations of the noise by which laws that are one under two names differ by rounding."""
-
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
     """A recording; the smallest χ² and BIC by which a rival would then stay behind the truth; its worth; and
-    the hypotheses that it would leave alone, were they true."""
+    the hypotheses that it would leave alone, were they true; together: each with those that say the same."""
 
     plan: Plan
     separation: float
     lead: float
     worth: float
     tells: tuple[Fit, ...]
+    together: bool = False
 
 
 def separate(
@@ -70,7 +68,7 @@ def separate(
         return None
     found = propose(setting, outcome.judge, best, rivals, near)
     ours, theirs = _names(best, rivals)
-    if found is None and all(_same(best, r) for r in rivals):
+    if found is None and all(same(best, r) for r in rivals):
         return f"no recording of this menu would tell them apart: {ours} and {theirs} say the same"
     if found is None:
         kinds = "rate, amplitude or mean" if setting.model.is_time_model else "band, load or amplitude"
@@ -85,16 +83,19 @@ def separate(
     )
     figure = f"{float(f'{by:.2g}'):g} ({what})"
     least = "at least " if len(rivals) > 1 or len(found.tells) > 1 else ""
+    fits = (best, *rivals)
+    alike = [r for r in rivals if found.together and set(r.ids) != set(best.ids) and same(best, r)]
+    if alike and len(alike) < len(rivals):
+        others = [r for r in rivals if not any(r is x for x in alike)]
+        ours = " or ".join(dict.fromkeys(" + ".join(_own(f, fits)) for f in (best, *alike)))
+        ours, theirs = f"{ours} (one and the same so far)", _names(best, others)[1]
     told = f"{found.plan.says} would separate {ours} from {theirs} by {least}{figure}"
-    if len(found.tells) == len(rivals) + 1:
+    if all(any(f is t for t in found.tells) for f in fits):
         return told
-    there = list(dict.fromkeys(" + ".join(_own(f, [best, *rivals])) for f in found.tells))
-    return f"{told}, if {' or '.join(there)} is what is there"
-
-
-def _same(a: Fit, b: Fit) -> bool:
-    """Whether two hypotheses leave the same of every sample."""
-    return all(np.allclose(x, y, atol=SAME) for x, y in zip(a.white, b.white, strict=True))
+    there = " or ".join(dict.fromkeys(" + ".join(_own(f, fits)) for f in found.tells))
+    if len(alike) == len(rivals):
+        return f"{told}, if {there} is what is there, by another law than the one that they share"
+    return f"{told}, if {there} is what is there"
 
 
 def _own(fit: Fit, fits: Sequence[Fit]) -> list[str]:
@@ -119,11 +120,25 @@ def propose(
     rivals: Sequence[Fit],
     near: Sequence[Fit] = (),
 ) -> Proposal | None:
-    """The plan of the greatest worth, or the one of least trouble that is SURE; of the CLOSELY most hopeful
-    ones."""
+    """The plan of the greatest worth that leaves one hypothesis alone; or where some are one law under
+    several names, so that hardly any would, that leaves these and nothing else."""
     k = int(np.argmax([s.n for s in setting.series]))
     scale = max(1.0, best.chi2 / effective(best.white))
-    group = Rivals(setting, judge, (best, *rivals), tuple(near), k, scale)
+    fits = (best, *rivals)
+    group = Rivals(setting, judge, fits, tuple(near), k, scale)
+    alone = _best(group)
+    twins = [f for f in fits if any(set(g.ids) != set(f.ids) and same(f, g) for g in fits)]
+    if not twins or (alone is not None and alone.worth > LIKELY):
+        return alone
+    laws = _other_laws(twins, near)
+    rest = tuple(f for f in near if not any(f is x for x in laws))
+    both = _best(replace(group, fits=(*fits, *laws), near=rest, together=True))
+    return max((p for p in (alone, both) if p is not None), key=lambda p: p.worth, default=None)
+
+
+def _best(group: Rivals) -> Proposal | None:
+    """The plan of the greatest worth, or the one of least trouble that is SURE; of the CLOSELY most hopeful
+    ones."""
     odds = weights(group.fits).tolist()
     top: Proposal | None = None
     for plan, hope in _promising(group, odds)[:CLOSELY]:
@@ -134,6 +149,15 @@ def propose(
         if found is not None and found.worth > better and _parts(found):
             top = found
     return top
+
+
+def _other_laws(twins: Sequence[Fit], near: Sequence[Fit]) -> list[Fit]:
+    """The next law of each of those that are the same law under several names: by that they differ."""
+    found: dict[frozenset[str], Fit] = {}
+    for f in near:
+        if any(set(t.ids) == set(f.ids) for t in twins) and not any(same(f, t) for t in twins):
+            found.setdefault(frozenset(f.ids), f)
+    return list(found.values())
 
 
 def _parts(found: Proposal) -> bool:
@@ -178,4 +202,5 @@ def _foreseen(group: Rivals, plan: Plan, odds: Sequence[float]) -> Proposal:
     tells = [i for i, x in enumerate(found) if x.chance >= likely]
     separation, lead = min(found[i].behind for i in tells), min(found[i].lead for i in tells)
     worth = sum(w * x.chance for w, x in zip(odds, found, strict=True))
-    return Proposal(plan, float(separation), float(lead), float(worth), tuple(group.fits[i] for i in tells))
+    told = tuple(group.fits[i] for i in tells)
+    return Proposal(plan, float(separation), float(lead), float(worth), told, group.together)

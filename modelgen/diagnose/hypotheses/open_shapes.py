@@ -2,8 +2,8 @@
 
 BIC's price of a number, ln n, is that of one which every further sample tells better. Sound from a small
 radiator is a mass, whatever its radius; a wide spectrum of relaxation times is known but roughly. Such a
-shape costs by how much narrower it is known than it was thought possible (Laplace's approximation of the
-evidence, as for `pasts`), else a law of one number more would be excluded by its price and not by the
+shape costs by how much narrower it is known than it was thought possible (the share of its range that
+the recordings leave it), else a law of one number more would be excluded by its price and not by the
 recordings. Laws of one id share what is thought of it beforehand: the more ways there are to say it, the
 less speaks for each. So do the two signs of a strength that may have either: a law that would have been
 wrong of the other sign, as a passive element, has said more.
@@ -26,6 +26,7 @@ from modelgen.diagnose.hypotheses.pasts import price
 from modelgen.diagnose.hypotheses.ranking import weights
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import CLOSE, Outcome, Setting
+from modelgen.fit import GaussNewton
 from modelgen.fit.series import Array
 
 LEAST = 3.0
@@ -94,8 +95,56 @@ def _priced(judge: Judge, f: Fit, least: float) -> Fit:
         told = f.hypothesis.experiment.normal(f.theta, judge.whiteners)[2]
     if not count or not np.all(np.isfinite(told)):
         return f
-    cost = max(price(told, shapes, moves & ~shapes, widths, judge.temper), count * LEAST)
-    return replace(f, bic=f.bic - max(0.0, count * full - cost))
+    cost = price(told, shapes, moves & ~shapes, widths, judge.temper)
+    if count == 1:
+        cost = _of_range(judge, f, int(np.argmax(shapes)), cost)
+    return replace(f, bic=f.bic - max(0.0, count * full - max(cost, count * LEAST)))
+
+
+NODES = 24
+"""Values of a shape, over its range, at which all else is fitted again."""
+LOST = 16.0
+"""χ² above the least from which a value adds nothing to the evidence."""
+AGAIN = GaussNewton(max_iter=30, tol=1e-4)
+
+
+def _of_range(judge: Judge, f: Fit, j: int, local: float) -> float:
+    """−2 ln of the share of its range that a fit's only shape, number j of θ, may have: the mean of the
+    likelihood over the range, over the greatest. What is known of it at its best value (`local`) says little
+    where a law becomes a simpler one towards an end of the range: there any value will do.
+    """
+    low, high = f.hypothesis.experiment.layout.parameters[j].bounds
+    log_scale = low > 0
+    to, back = (np.log, np.exp) if log_scale else (np.asarray, np.asarray)
+    nodes = np.linspace(to(low), to(high), NODES)
+    best = float(to(f.theta[j]))
+    above = {best: 0.0}
+    for side in (nodes[nodes > best], nodes[nodes < best][::-1]):
+        theta = f.theta
+        for node in side.tolist():
+            value, theta = _held_at(judge, f, j, float(back(node)), theta)
+            if value - f.chi2 > LOST * judge.temper:
+                break
+            above[node] = max(value - f.chi2, 0.0)
+    if len(above) == 1:
+        return local
+    at = np.array(sorted(above))
+    likely = np.exp(-0.5 * np.array([above[x] for x in at.tolist()]) / judge.temper)
+    return -2 * float(np.log(np.trapezoid(likely, at) / (nodes[-1] - nodes[0])))
+
+
+def _held_at(judge: Judge, f: Fit, j: int, value: float, theta: Array) -> tuple[float, Array]:
+    """Least χ² with number j of θ at `value`, and where it lies, from `theta`; inf where no descent ends."""
+    e, start = f.hypothesis.experiment, theta.copy()
+    start[j] = value
+    parameters = list(e.layout.parameters)
+    aside = 1e-9 * abs(value)
+    parameters[j] = replace(parameters[j], bounds=(value - aside, value + aside))
+    held = replace(e, layout=replace(e.layout, parameters=tuple(parameters)))
+    with np.errstate(all="ignore"):
+        ends = AGAIN.descents(held.problem(start, judge.whiteners), start[None])
+    found = float(ends.value[0])
+    return (found, ends.theta[0]) if np.isfinite(found) else (np.inf, theta)
 
 
 def _widths(h: Hypothesis, theta: Array) -> Array:
