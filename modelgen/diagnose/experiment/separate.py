@@ -86,7 +86,8 @@ def separate(
     fits = (best, *rivals)
     alike = [r for r in rivals if found.together and set(r.ids) != set(best.ids) and same(best, r)]
     if alike and len(alike) < len(rivals):
-        others = [r for r in rivals if not any(r is x for x in alike)]
+        known = {i for f in (best, *alike) for i in f.ids}
+        others = [r for r in rivals if not set(r.ids) <= known] or rivals
         ours = " or ".join(dict.fromkeys(" + ".join(_own(f, fits)) for f in (best, *alike)))
         ours, theirs = f"{ours} (one and the same so far)", _names(best, others)[1]
     told = f"{found.plan.says} would separate {ours} from {theirs} by {least}{figure}"

@@ -95,9 +95,8 @@ def _priced(judge: Judge, f: Fit, least: float) -> Fit:
         told = f.hypothesis.experiment.normal(f.theta, judge.whiteners)[2]
     if not count or not np.all(np.isfinite(told)):
         return f
-    cost = price(told, shapes, moves & ~shapes, widths, judge.temper)
-    if count == 1:
-        cost = _of_range(judge, f, int(np.argmax(shapes)), cost)
+    places = np.flatnonzero(shapes).tolist()
+    cost = sum(_of_range(judge, f, j, _alone(told, j, moves, widths, judge)) for j in places)
     return replace(f, bic=f.bic - max(0.0, count * full - max(cost, count * LEAST)))
 
 
@@ -108,10 +107,16 @@ LOST = 16.0
 AGAIN = GaussNewton(max_iter=30, tol=1e-4)
 
 
+def _alone(told: Array, j: int, moves: Array, widths: Array, judge: Judge) -> float:
+    """What number j of θ costs by what is known of it at its best value."""
+    mine = np.arange(len(widths)) == j
+    return price(told, mine, moves & ~mine, widths, judge.temper)
+
+
 def _of_range(judge: Judge, f: Fit, j: int, local: float) -> float:
-    """−2 ln of the share of its range that a fit's only shape, number j of θ, may have: the mean of the
-    likelihood over the range, over the greatest. What is known of it at its best value (`local`) says little
-    where a law becomes a simpler one towards an end of the range: there any value will do.
+    """−2 ln of the share of its range that a fit's shape, number j of θ, may have: the mean of the likelihood
+    over the range, all else fitted, over the greatest. What is known of it at its best value (`local`) says
+    little where a law becomes a simpler one towards an end of the range: there any value will do.
     """
     low, high = f.hypothesis.experiment.layout.parameters[j].bounds
     log_scale = low > 0

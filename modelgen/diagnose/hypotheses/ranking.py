@@ -85,7 +85,7 @@ def standings(outcome: Outcome) -> tuple[Standing, ...]:
                 for i in (other.id, *told):
                     tied[i] = min(tied.get(i, np.inf), f.bic)
         for i, f in others.get(a.key, ()):
-            tied[i] = min(tied.get(i, np.inf), best.bic + _price(f, best))
+            tied[i] = min(tied.get(i, np.inf), best.bic + _price(outcome, f))
         equivalents = tuple(sorted((i for i in tied if i != a.id), key=lambda i: tied[i]))
         elsewise = tuple({id(f): f for _, f in others.get(a.key, ())}.values())
         mine = next(float(x) for f, x in zip(rivals, w, strict=True) if f.hypothesis is best.hypothesis)
@@ -167,11 +167,11 @@ def _elsewise(outcome: Outcome) -> dict[Key, list[tuple[str, Fit]]]:
             and not single
             and not _adds(f, best)
             and not set(f.ids) <= set(best.ids)
-            and (_price(f, best) < CLOSE or _as_wrong(outcome, f))
+            and (_price(outcome, f) < CLOSE or _as_wrong(outcome, f))
         ):
             tied.append(f)
     found: dict[Key, list[tuple[str, Fit]]] = {}
-    for f in sorted(tied, key=lambda f: _price(f, best))[:FEW]:
+    for f in sorted(tied, key=lambda f: _price(outcome, f))[:FEW]:
         added = [a for a in best.hypothesis.added if a.key not in f.hypothesis.key]
         gone = [a for a in added if a.id not in f.ids] or added
         for b in f.hypothesis.added:
@@ -256,21 +256,25 @@ def _likelihood(outcome: Outcome, f: Fit) -> float:
         return float(outcome.best.chi2 / f.chi2)
     if _nearly(outcome, f):
         return 1.0
-    return float(np.exp(-_price(f, outcome.best) / (2 * TEMPER)))
+    return float(np.exp(-_price(outcome, f) / (2 * TEMPER)))
 
 
-def _price(f: Fit, best: Fit) -> float:
-    """By how much the evidence for `f` is less than that for the best hypothesis.
+def _price(outcome: Outcome, f: Fit) -> float:
+    """By how much the evidence for `f` is less than that for the best hypothesis; if `f` has more effects,
+    also than for the best one with as many: what a law that is not quite right leaves, one effect more mends
+    beside any of them.
 
     0 where coloured noise alone makes it greater: for that the search has refused it.
     """
-    return max(0.0, f.bic - best.bic + ALARM * (len(f.ids) - len(best.ids)))
+    best = outcome.best
+    more = [g.bic for g in outcome.tried if len(g.ids) == len(f.ids) and set(g.ids) > set(best.ids)]
+    return max(0.0, f.bic - min([best.bic - ALARM * (len(f.ids) - len(best.ids)), *more]))
 
 
 def as_ranked(outcome: Outcome, f: Fit) -> Fit:
     """`f` with the evidence that it is ranked by: where coloured noise alone makes that greater, or where
     both are wrong alike, as much as the best hypothesis has."""
-    price = 0.0 if _alike(outcome, f) else _price(f, outcome.best)
+    price = 0.0 if _alike(outcome, f) else _price(outcome, f)
     return replace(f, bic=outcome.best.bic + price)
 
 

@@ -32,6 +32,8 @@ NOTICED = 0.95, 0.01
 """Errors of motion matter where they leave less than this share of a sample's weight, at that share of the
 samples."""
 
+WIDER = 2.2
+"""Standard deviation of normal numbers over the median of their distances from the median, in threes."""
 SETTLED = 10.0
 """χ² by which a rival that is there must lead to have had a fair trial."""
 
@@ -108,9 +110,9 @@ def unfair(
     """What `best` leads in BIC because errors of the motion suit it, be the `rival` there or not; 0 or more.
 
     if_best, if_rival: replicas in which the one or the other is the truth, made as they are asked for. Where
-    `best` clearly leads although the rival is there, its lead says no more than how likely it is with either
-    truth (Student's t), and at least nothing: a few replicas, whose noise is as stated, exclude neither. A
-    replica in which the rival is there and clearly leads settles it.
+    `best` clearly leads although the rival is there, or its lead is within what it scatters by, it says no
+    more than how likely it is with either truth (Student's t), and at least nothing: a few replicas, whose
+    noise is as stated, exclude neither. A replica in which the rival is there and clearly leads settles it.
     """
 
     def lead(series: Replica) -> float:
@@ -123,16 +125,24 @@ def unfair(
             return 0.0
     here = _ahead(judge, best, rival)
     leads = [np.array([lead(series) for series in if_best]), np.array(theirs)]
-    means, count = [float(x.mean()) for x in leads], sum(x.size for x in leads)
-    variance = sum(float(np.sum((x - m) ** 2)) for x, m in zip(leads, means, strict=True)) / (count - 2)
-    variance = max(variance, 2 * abs(means[0] - means[1]))  # at least that of a ratio of likelihoods
-    off = [(here - m) ** 2 / (variance * (1 + 1 / x.size)) for x, m in zip(leads, means, strict=True)]
+    middles, count = [float(np.median(x)) for x in leads], sum(x.size for x in leads)
+    aside = np.concatenate([np.abs(x - m) for x, m in zip(leads, middles, strict=True)])
+    variance = (WIDER * float(np.median(aside))) ** 2  # a descent that fails in one of them says nothing
+    variance = max(variance, 2 * abs(middles[0] - middles[1]))  # at least that of a ratio of likelihoods
+    off = [(here - m) ** 2 / (variance * (1 + 1 / x.size)) for x, m in zip(leads, middles, strict=True)]
     logs = [(count - 1) * np.log1p(x / (count - 2)) for x in off]
-    clearly = means[1] > 2 * np.sqrt(variance / leads[1].size)
-    return float(np.clip(here - (logs[1] - logs[0]), 0.0, here)) if clearly and here > 0 else 0.0
+    clearly = middles[1] > 2 * np.sqrt(variance / leads[1].size)
+    scattered = here < 2 * np.sqrt(variance)
+    doubted = here > 0 and (clearly or scattered)
+    return float(np.clip(here - (logs[1] - logs[0]), 0.0, here)) if doubted else 0.0
 
 
 def _ahead(judge: Judge, best: Fit, rival: Fit) -> float:
-    """By how much `best` fits better than `rival`, whatever their parameters cost."""
-    a, b = (deviance(judge.look(f.hypothesis, f.theta).white, judge.prior) for f in (best, rival))
+    """By how much `best` fits better than `rival`, less what either is charged for errors of the motion,
+    whatever their parameters cost."""
+    a, b = (
+        deviance(judge.look(f.hypothesis, f.theta).white, judge.prior)
+        + judge.excess.get(f.hypothesis.key, 0.0)
+        for f in (best, rival)
+    )
     return b - a
