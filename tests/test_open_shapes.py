@@ -13,9 +13,14 @@ from coils import coil, verdict
 
 import modelgen as mg
 from modelgen.diagnose import diagnose
-from modelgen.diagnose.hypotheses.open_shapes import _likeliest
+from modelgen.diagnose.diagnosis import set_up
+from modelgen.diagnose.ground import prepare
+from modelgen.diagnose.hypotheses.hypothesis import make_hypotheses
+from modelgen.diagnose.hypotheses.open_shapes import _likeliest, _of_range
 from modelgen.diagnose.hypotheses.pasts import price
 from modelgen.diagnose.hypotheses.refit import Fit
+from modelgen.effects import CATALOGUE
+from modelgen.recordings import Case, Noise, Recording
 
 CASE = """
 model = "magnetostrictive_transducer"
@@ -89,3 +94,35 @@ def test_the_likeliest_id_is_named_not_the_best_law() -> None:
     assert named.ids == ("semi_inductance",)
     assert named.hypothesis.key == 1  # its best law, …
     assert named.bic == 0.0  # … held to be as good as the best of all
+
+
+@pytest.mark.parametrize(("k", "told"), [(25.0, True), (0.0, False)])
+def test_a_shape_costs_by_the_share_of_its_range_that_is_left(k: float, told: bool) -> None:
+    """A relaxation time that shows is known well: its cost is Laplace's. One of nothing may be anything."""
+    speaker, rng = mg.models.electrodynamic_transducer, np.random.default_rng(3)
+    truth = {"R_e": 6.0, "L_e": 5e-4, "Bl": 6.0, "M_m": 0.015, "K_m": 2e3, "R_m": 1.0}
+    f = np.geomspace(5, 500, 121)
+    effect = next(e for e in CATALOGUE if e.id == "maxwell_branch" and e.fits(speaker))
+    law = effect.extend(speaker, effect.fits(speaker)[0])
+    Z = np.asarray(mg.build(law)(f=f, **truth, maxwell_branch_k=k, maxwell_branch_tau=3e-3))
+    Z = Z * (1 + 1e-3 * (rng.normal(size=f.size) + 1j * rng.normal(size=f.size)))
+    record = Recording("sweep", None, "fit", {"f": f}, {"Z": Z})
+    noise = Noise(relative={"Z": 1e-3})
+    case = Case(None, speaker.id, (record,), constants={"M_m": 0.015}, noise=noise)
+    ground = prepare(speaker, case, 0)
+    setting = set_up(speaker, case, ground, [effect])
+    (h,) = make_hypotheses(speaker, case, ground.series, [(a,) for a in setting.additions])
+    base = ground.base
+    fit = ground.judge.fit(
+        h, [h.place(base.hypothesis, base.theta, {"maxwell_branch_k": k, **g}) for g in h.added[0].grid]
+    )
+    j = h.names.index("maxwell_branch_tau")
+    low, high = h.experiment.layout.parameters[j].bounds
+    cost = _of_range(ground.judge, fit, j, np.nan)
+    if told:
+        normal = h.experiment.normal(fit.theta, ground.judge.whiteners)[2]
+        std = np.sqrt(np.linalg.pinv(normal)[j, j]) / fit.theta[j]
+        laplace = 2 * np.log(np.log(high / low) / (np.sqrt(2 * np.pi) * std))
+        assert cost == pytest.approx(laplace, abs=1.0) and cost > 4
+    else:
+        assert cost == pytest.approx(0.0, abs=1.0)

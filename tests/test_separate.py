@@ -12,9 +12,11 @@ import pytest
 import modelgen.models as models
 from modelgen.codegen import build
 from modelgen.diagnose.diagnosis import set_up
-from modelgen.diagnose.experiment.foresee import Rivals, chance, excluded, simulated
+from modelgen.diagnose.experiment.foresee import chance, excluded
 from modelgen.diagnose.experiment.menu import Plan, often, plans
+from modelgen.diagnose.experiment.rivals import Rivals, same
 from modelgen.diagnose.experiment.separate import Proposal, propose, separate
+from modelgen.diagnose.experiment.simulate import simulated
 from modelgen.diagnose.ground import prepare
 from modelgen.diagnose.hypotheses.hypothesis import Hypothesis, make_hypotheses
 from modelgen.diagnose.hypotheses.ranking import as_ranked
@@ -230,6 +232,28 @@ def test_without_rivals_and_with_one_that_is_the_same(narrow: tuple[Setting, Jud
     assert separate(setting, outcome(judge, fits), fits[0], []) is None
     same = separate(setting, outcome(judge, fits), fits[0], [fits[0]])
     assert same is not None and same.startswith("no recording of this menu would tell them apart")
+
+
+def test_one_law_under_two_names_is_told_from_a_third() -> None:
+    """The logarithmic law is a constant loss angle and the limit of a power law; a relaxation is neither."""
+    f = np.geomspace(20, 80, 81)
+    laws = [e for e in CATALOGUE if e.fits(SPEAKER) and e.id in ("structural_damping", "maxwell_branch")]
+    laws += [e for e in CATALOGUE if e.fits(SPEAKER) and e.id == "power_law_viscoelasticity"]
+    laws = [e for e in laws if e.id == "maxwell_branch" or [q.name for q in e.strengths] == ["C_ln"]]
+    model = laws[0].extend(SPEAKER, laws[0].fits(SPEAKER)[0])
+    truth = sweep(model, f, {**TRUTH, f"{laws[0].id}_C_ln": 20.0})
+    case = Case(None, SPEAKER.id, (truth,), constants={"M_m": 0.015}, noise=Noise(relative={"Z": RELATIVE}))
+    ground = prepare(SPEAKER, case, 0)
+    setting = set_up(SPEAKER, case, ground, laws)
+    hypotheses = make_hypotheses(SPEAKER, case, ground.series, [(a,) for a in setting.additions])
+    fits = fitted(setting, ground.judge, ground.base, hypotheses)
+    first, twin, other = fits
+    assert same(first, twin) and not same(first, other) and other.ids == ("maxwell_branch",)
+    says = separate(setting, outcome(ground.judge, fits), first, [twin, other])
+    ours = f"{first.ids[0]} or {twin.ids[0]}"
+    assert says is not None and f"would separate {ours} (one and the same so far) from maxwell_branch" in says
+    alone = separate(setting, outcome(ground.judge, fits), first, [twin])
+    assert alone is not None and alone.endswith("say the same")
 
 
 def test_a_rival_that_would_run_away_is_excluded() -> None:

@@ -8,17 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modelgen.diagnose.experiment.foresee import (
-    HOPELESS,
-    Made,
-    Rivals,
-    alone,
-    chance,
-    joined,
-    planned,
-    simulated,
-)
+from modelgen.diagnose.experiment.foresee import HOPELESS, chance
 from modelgen.diagnose.experiment.menu import Plan
+from modelgen.diagnose.experiment.rivals import Rivals
+from modelgen.diagnose.experiment.simulate import Made, alone, joined, planned, simulated
 from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.fit.series import Array, Series
 from modelgen.fit.whitener import Whitener

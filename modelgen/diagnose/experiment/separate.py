@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from modelgen.diagnose.experiment.foresee import Rivals, excluded, same
+from modelgen.diagnose.experiment.foresee import excluded
 from modelgen.diagnose.experiment.hopes import hopes
 from modelgen.diagnose.experiment.menu import TIMES, Plan, often, plans
+from modelgen.diagnose.experiment.rivals import Rivals, same
 from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.ranking import weights
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
