@@ -57,7 +57,8 @@ def among_rivals(s: Setting, judge: Judge, best: Fit, tried: Sequence[Fit]) -> J
     excess = dict(judge.excess)
     for rival in rivals:
         if_best, if_rival = (map(partial(made, f), range(TIMES)) for f in (best, rival))
-        lead = unfair(judge, best, rival, if_best, if_rival)
+        # where neither is told from the other, the one that was ahead stays the first
+        lead = min(unfair(judge, best, rival, if_best, if_rival), rival.bic - best.bic)
         for f in tried:  # what holds the rival is as much better
             if lead and rival.hypothesis.key <= f.hypothesis.key:
                 excess[f.hypothesis.key] = excess.get(f.hypothesis.key, 0.0) - lead
