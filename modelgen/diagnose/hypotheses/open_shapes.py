@@ -143,7 +143,8 @@ def _held_at(judge: Judge, f: Fit, j: int, value: float, theta: Array) -> tuple[
     e, start = f.hypothesis.experiment, theta.copy()
     start[j] = value
     parameters = list(e.layout.parameters)
-    aside = 1e-9 * abs(value)
+    low, high = parameters[j].bounds
+    aside = 1e-9 * (abs(value) or high - low)
     parameters[j] = replace(parameters[j], bounds=(value - aside, value + aside))
     held = replace(e, layout=replace(e.layout, parameters=tuple(parameters)))
     with np.errstate(all="ignore"):
