@@ -39,6 +39,7 @@ from modelgen.effects.kinds import unknown_kinds
 from modelgen.fit.given import check_given, check_held, check_seed
 from modelgen.fit.pieces import in_pieces
 from modelgen.fit.series import Series
+from modelgen.fit.steps import TOLERATED, finer, step_errors
 from modelgen.language import Model
 from modelgen.recordings import Case
 
@@ -100,7 +101,7 @@ def _diagnosed(
     if progress:
         progress(0.02, "reading")
     case, glitches = bridged(model, case)
-    made = _prepared(model, thin(model, case), seed)
+    model, made, steps = _finely_stepped(model, case, seed)
     seen = (*unresolved(model, made.ground.series), *mirrored(model, made.case, made.ground.base, seed))
     if progress:
         progress(0.15, "base fitted")
@@ -109,7 +110,7 @@ def _diagnosed(
         check_nulls(alone.additions, alone, made.ground.base)
     made, setting, outcome = _accounted(model, made, catalogue, seed, progress)
     case, ground, thinned = made.case, made.ground, made.thinned
-    notes = (*read, *thinned.notes, *unknown_kinds(model, own), *glitches, *seen, *made.notes)
+    notes = (*read, *thinned.notes, *steps, *unknown_kinds(model, own), *glitches, *seen, *made.notes)
     setting = replace(setting, averaged=thinned.finer is not None)
     if progress:
         progress(0.9, "deciding")
@@ -153,6 +154,32 @@ def _prepared(model: Model, thinned: Thinned, seed: int) -> _Prepared:
             case, ground = other, prepare(model, other, seed)
             notes.append(note)
     return _Prepared(thinned, case, ground, tuple(notes), rested)
+
+
+HALVED = 4
+"""Times that steps of integration are halved, to a sixteenth."""
+
+
+def _finely_stepped(model: Model, case: Case, seed: int) -> tuple[Model, _Prepared, tuple[str, ...]]:
+    """The model with steps short enough that what they miss is far below the noise, its case prepared, and a
+    note where it has others than it came with: errors of integration are no physics."""
+    made, times = _prepared(model, thin(model, case), seed), 1
+    before = worst = _coarsest(made.ground.base)
+    while worst > TOLERATED and times < 2**HALVED:
+        model, times = finer(model), 2 * times
+        made = _prepared(model, thin(model, case), seed)
+        worst = _coarsest(made.ground.base)
+    if times == 1:
+        return model, made, ()
+    note = (
+        f"states are integrated in {times} times as many steps between samples as the model has: with its "
+        f"own, the output changes by {before:.3g} times the noise when they are halved"
+    )
+    return model, made, (note if worst <= TOLERATED else f"{note}, and by {worst:.3g} times with these",)
+
+
+def _coarsest(base: Fit) -> float:
+    return max(step_errors(base.hypothesis.experiment, base.theta), default=0.0)
 
 
 def _accounted(

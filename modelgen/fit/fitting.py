@@ -28,6 +28,7 @@ from modelgen.fit.result import Estimate, FitResult, OutputFit, RecordingFit, es
 from modelgen.fit.separating import confusions
 from modelgen.fit.series import Array, Series, make_series
 from modelgen.fit.staged import fit_recipe
+from modelgen.fit.steps import coarse
 from modelgen.fit.swarms import scattered, swarmed
 from modelgen.fit.trace import make_trace
 from modelgen.fit.uncertainty import assess
@@ -114,6 +115,7 @@ def _result(
         *warnings(case, outcome, found, parts, over["fit"], problem.segments is not None),
         *broken_in(model, [(s.name, values_at(ex, theta, k)) for k, s in enumerate(ex.series)], constrained),
         *map(str, confusions(ex, theta, known)),
+        *coarse(ex, theta),
         *carried(over),
         *_kinds(model),
     )

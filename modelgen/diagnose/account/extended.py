@@ -98,14 +98,15 @@ def _step(name: str, ports: set[str], new: Mapping[str, Any]) -> bool:
 
 def _with_values(model: Model, after: Sequence[Estimate]) -> tuple[Model, list[str]]:
     """The extended model with the fitted values as defaults, under an id of its own, and the parameters that
-    keep theirs: how the fitted records began is nothing to another one.
+    keep theirs: how several fitted records began, each in its own way, is nothing to another one.
 
     Of what else each recording has its own value of, it has the median.
     """
     own: dict[str, list[float]] = {}
     for e in after:
         own.setdefault(e.name.partition("[")[0], []).append(e.value)
-    kept = [n for n in _beginnings(model) if n in own and model.parameter(n).default is not None]
+    several = [n for n in _beginnings(model) if len(own.get(n, ())) > 1]
+    kept = [n for n in several if model.parameter(n).default is not None]
     values = {n: median(x) for n, x in own.items() if n not in kept}
     new: list[Parameter | ComplexParameter] = []
     for p in model.parameters:

@@ -86,7 +86,7 @@ def separate(
     least = "at least " if len(rivals) > 1 or len(found.tells) > 1 else ""
     fits = (best, *rivals)
     alike = [r for r in rivals if found.together and set(r.ids) != set(best.ids) and same(best, r)]
-    if alike and len(alike) < len(rivals):
+    if alike:
         known = {i for f in (best, *alike) for i in f.ids}
         others = [r for r in rivals if not set(r.ids) <= known] or rivals
         ours = " or ".join(dict.fromkeys(" + ".join(_own(f, fits)) for f in (best, *alike)))
@@ -95,8 +95,6 @@ def separate(
     if all(any(f is t for t in found.tells) for f in fits):
         return told
     there = " or ".join(dict.fromkeys(" + ".join(_own(f, fits)) for f in found.tells))
-    if len(alike) == len(rivals):
-        return f"{told}, if {there} is what is there, by another law than the one that they share"
     return f"{told}, if {there} is what is there"
 
 
@@ -132,6 +130,8 @@ def propose(
     twins = [f for f in fits if any(set(g.ids) != set(f.ids) and same(f, g) for g in fits)]
     if not twins or (alone is not None and alone.worth > LIKELY):
         return alone
+    if all(same(best, r) for r in rivals):
+        return alone  # another law of one of them is too seldom what is there
     laws = _other_laws(twins, near)
     rest = tuple(f for f in near if not any(f is x for x in laws))
     both = _best(replace(group, fits=(*fits, *laws), near=rest, together=True))
