@@ -19,6 +19,7 @@ from modelgen.effects import CATALOGUE, Effect
 from modelgen.effects.effect import unit_omega
 from modelgen.effects.ladder import ARMS, STEP, Ladder
 from modelgen.effects.rod import xcotx
+from modelgen.language import Equation, Input, Model, Parameter, Port, j, pi
 from modelgen.models import load
 
 Array = np.ndarray
@@ -155,6 +156,23 @@ def test_dielectrics() -> None:
     assert np.allclose(new - old, 1e-9 / (1 + (1j * w * 1e-3) ** 0.7))
     old, new = at_capacitance(find("leakage_conductance", "capacitance"), G=1e-6)
     assert np.allclose(1j * w * new, 1j * w * old + 1e-6)
+
+
+def test_what_lies_across_a_device_is_a_leak_where_there_are_capacitances() -> None:
+    """Of a coil it is eddy currents; a crystal has none."""
+    hertz = Input("f", "Hz")
+    R, C = Parameter("R", "ohm", 1e3, (1.0, 1e6)), Parameter("C", "F", 1e-9, (1e-12, 1e-6))
+    omega = Equation("omega", 2 * pi * hertz, "rad/s")
+    Z = Equation("Z", R + 1 / (j * omega * C), "ohm")
+    port = Port("electrical", "terminals", "Z", (("omega", omega.symbol),))
+    crystal = Model("crystal", (hertz,), (R, C), (omega, Z), ("Z",), (port,))
+    leak = find("leakage_conductance", "terminals")
+    assert leak.fits(crystal) and not find("eddy_shunt", "terminals").fits(crystal)
+    coil = load("electrodynamic_transducer")
+    assert find("eddy_shunt", "terminals").fits(coil) and not leak.fits(coil)
+    found = Reading(leak.extend(replace(crystal, checked=True), port))
+    values = found({"f": f}, R=1e3, C=1e-9, leakage_conductance_G_0=1e-5)
+    assert np.allclose(1 / values["Z"], 1 / values["Z_1"] + 1e-5)
 
 
 def test_transduction_loses_energy_by_one_angle() -> None:

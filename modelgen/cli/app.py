@@ -135,6 +135,9 @@ def export(
     real: Annotated[str, typer.Option(help="precision of the C: double or float")] = "double",
     name: Annotated[str, typer.Option(help="prefix of the C's names, by default the model's")] = "",
     fix: Annotated[list[str] | None, typer.Option(help="NAME=VALUE, a number instead of a parameter")] = None,
+    fit: Annotated[
+        Path | None, typer.Option(help="result of `modelgen fit --json`: its values are the defaults")
+    ] = None,
     inverse: Annotated[bool, typer.Option("--inverse", help="also from output to input")] = False,
     fitter: Annotated[
         bool, typer.Option("--fitter", help="also C that fits the parameters on the controller")
@@ -145,7 +148,8 @@ def export(
     from modelgen.cli.building import export_models
     from modelgen.export.c99 import Settings
 
-    export_models(models, target, out, Settings(real, name, fix or [], range or [], fitter=fitter), inverse)
+    settings = Settings(real, name, fix or [], range or [], fitter=fitter)
+    export_models(models, target, out, settings, inverse, fit)
 
 
 @app.command()

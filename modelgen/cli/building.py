@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from modelgen.cli.console import check_output, console, note, progress_bar
+from modelgen.cli.fitted import fitted
 from modelgen.codegen import Function, build, generate
 from modelgen.codegen.roofline import Roof, roofline
 from modelgen.errors import InputError
@@ -58,13 +59,14 @@ def _share(roof: Roof) -> str:
 
 
 def export_models(
-    specs: Sequence[str], target: str, out: Path | None, settings: Settings, inverted: bool
+    specs: Sequence[str], target: str, out: Path | None, settings: Settings, inverted: bool, fit: Path | None
 ) -> None:
     """Write models for `target`, all into one folder, and say which files there are.
 
-    inverted: write the inverse of each beside it.
+    inverted: write the inverse of each beside it. fit: a result whose values are their defaults.
     """
     models = [load(spec) for spec in specs]
+    models = models if fit is None else fitted(models, fit)
     if inverted:
         from modelgen.export.inverse import inverse
 

@@ -1,5 +1,7 @@
 """Capacitances as they are: dielectrics that lose energy, relax and conduct."""
 
+from typing import Any
+
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change, unit_omega
 from modelgen.language import Model, Port, j, powj
 
@@ -63,4 +65,29 @@ leakage_conductance = Effect(
     needs=("omega",),
 )
 
-EFFECTS = (dielectric_loss, complex_permittivity, dielectric_relaxation, leakage_conductance)
+
+def _leaking(Z: Any, at: Port, p: Values) -> Any:
+    R = dict(at.variables).get("R", 0)  # of the leads
+    return R + (Z - R) / (1 + p["G_0"] * (Z - R))
+
+
+leaking_terminals = Effect(
+    "leakage_conductance",
+    ("terminals",),
+    "a resistance lies across the device, behind that of its leads: a dielectric or a surface that conducts",
+    leakage_conductance.source,
+    (Strength("G_0", "1/{port}", text="conductance across the device"),),
+    change(_leaking),
+    needs=("omega",),
+    unless=("capacitance",),
+    amid=("F",),
+    alike=("eddy_shunt",),
+)
+
+EFFECTS = (
+    dielectric_loss,
+    complex_permittivity,
+    dielectric_relaxation,
+    leakage_conductance,
+    leaking_terminals,
+)

@@ -169,6 +169,7 @@ shunted_terminals = Effect(
     change(_shunted),
     needs=("omega",),
     unless=("capacitance",),  # no coil
+    without=("F",),
 )
 
 permeability_relaxation = Effect(

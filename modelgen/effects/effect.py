@@ -109,16 +109,17 @@ class Effect:
     effects compose), which the model has by then. `kinds` are in order of preference: a model with ports of
     several gets the effect at the first. `needs` names the port variables that the effect uses; a port
     without them is none for it; `lacks` those of ports that other laws of the id are for; `also` the kinds
-    of other ports that the model must have, `unless` those
-    that it must not. Several effects may share one id: laws of the same physics, none of which is a
-    special case of another in disguise. `secant` marks effects whose derivative at null vanishes, or
-    knows nothing of what they do at a finite strength: they are screened there. `family` is what one kind
-    of recording can often not tell apart; `common` > 1 says that practitioners meet it often. `alike` are
-    ids of other physics whose law is the same function of the motion: no recording of this kind tells
-    them apart. `instead`: ids that this law is an account instead of, and never beside: free as it is, it
-    would take up what their laws are not quite right about. `each`: strengths have a value of their own in
-    each repeat of a sweep, null in the first one unless `first`; with `levels`, in each recording, repeat or
-    not. `units`: the port's quantity must be in one of these, or a plain number: a magnet pulls with a force.
+    of other ports that the model must have, `unless` those that it must not; `amid` the units of which it
+    must have a parameter, `without` those of which it must have none. Several effects may share one id: laws
+    of the same physics, none of which is a special case of another in disguise. `secant` marks effects whose
+    derivative at null vanishes, or knows nothing of what they do at a finite strength: they are screened
+    there. `family` is what one kind of recording can often not tell apart; `common` > 1 says that
+    practitioners meet it often. `alike` are ids of other physics whose law is the same function of the
+    motion: no recording of this kind tells them apart. `instead`: ids that this law is an account instead
+    of, and never beside: free as it is, it would take up what their laws are not quite right about. `each`:
+    strengths have a value of their own in each repeat of a sweep, null in the first one unless `first`; with
+    `levels`, in each recording, repeat or not. `units`: the port's quantity must be in one of these, or a
+    plain number: a magnet pulls with a force.
     `acts`: at which turn, where several effects are composed: on what those of lower turns have made of the
     port.
     """
@@ -134,6 +135,8 @@ class Effect:
     lacks: tuple[str, ...] = ()
     also: tuple[str, ...] = ()
     unless: tuple[str, ...] = ()
+    amid: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
     family: str = ""
     secant: bool = False
     common: float = 1.0
@@ -149,7 +152,7 @@ class Effect:
         """The ports of `model` that this effect can be added to: those of the first of its kinds that there
         is."""
         present = {p.kind for p in model.ports}
-        if not set(self.also) <= present or present & set(self.unless):
+        if not set(self.also) <= present or present & set(self.unless) or not self._at_home(model):
             return ()
         for kind in self.kinds:
             there = tuple(
@@ -163,6 +166,15 @@ class Effect:
             if there:
                 return there
         return ()
+
+    def _at_home(self, model: Model) -> bool:
+        """Whether the model has parameters in the units that it must, and none in those that it must not."""
+        units = [p.unit for p in model.scalar_parameters]
+
+        def has(unit: str) -> bool:
+            return any(converts(u, unit) for u in units)
+
+        return all(map(has, self.amid)) and not any(map(has, self.without))
 
     def _is_of(self, unit: str) -> bool:
         """Whether a quantity in this unit may have the effect."""

@@ -14,7 +14,8 @@ from modelgen.diagnose.hypotheses.refit import Fit
 from modelgen.diagnose.hypotheses.setting import Setting
 from modelgen.effects.effect import UNIT_OMEGA
 from modelgen.fit.result import Estimate
-from modelgen.language import ComplexParameter, Equation, Model, Parameter, State, powj
+from modelgen.language import Equation, Model, State, powj
+from modelgen.language.defaults import with_defaults
 from modelgen.language.meant import expressions
 
 
@@ -108,13 +109,7 @@ def _with_values(model: Model, after: Sequence[Estimate]) -> tuple[Model, list[s
     several = [n for n in _beginnings(model) if len(own.get(n, ())) > 1]
     kept = [n for n in several if model.parameter(n).default is not None]
     values = {n: median(x) for n, x in own.items() if n not in kept}
-    new: list[Parameter | ComplexParameter] = []
-    for p in model.parameters:
-        if isinstance(p, ComplexParameter):
-            new.append(replace(p, re=_fitted(p.re, values), im=_fitted(p.im, values)))
-        else:
-            new.append(_fitted(p, values))
-    whole = replace(model, id=f"{model.id}_extended", parameters=tuple(new), builder=None, options=())
+    whole = replace(with_defaults(model, values), id=f"{model.id}_extended", builder=None, options=())
     return whole, kept
 
 
@@ -124,11 +119,3 @@ def _beginnings(model: Model) -> list[str]:
     rest = [replace(s, initial=0) if isinstance(s, State) else s for s in model.statements]
     later = {x.name for s in rest for expr in expressions(s) for x in expr.free_symbols}
     return [p.name for p in model.scalar_parameters if p.name in first - later]
-
-
-def _fitted(p: Parameter, values: Mapping[str, float]) -> Parameter:
-    """The parameter with its fitted value, and bounds that hold it."""
-    value = values.get(p.name, p.default)
-    if value is None:
-        return p
-    return replace(p, default=value, bounds=(min(p.bounds[0], value), max(p.bounds[1], value)))
