@@ -12,6 +12,7 @@ from modelgen.diagnose import diagnose
 from modelgen.language import Equation, Input, Model, Parameter, Port, State, Symbol
 from modelgen.models import load
 from modelgen.recordings import Case, Noise, Recording
+from modelgen.report.plots import stroke_of
 
 TAU, GAIN, SIGMA = 0.12, 70.0, 0.3
 
@@ -54,6 +55,22 @@ def test_long_steps_are_told_and_are_no_physics(dt: float, coarse: bool) -> None
     assert any("as many steps" in note for note in verdict.notes) == coarse
     found = next(e for e in verdict.parameters if e.name == "tau")
     assert found.value == pytest.approx(TAU, abs=3 * found.std)
+
+
+def test_a_force_is_drawn_over_the_displacement_at_its_port() -> None:
+    """Not over the voltage that comes first."""
+    t, u, x = Input("t", "s"), Input("u", "V"), Input("x", "mm")
+    k, a = Parameter("k", "N/mm", 2.0, (0.0, 9.0)), Parameter("a", "N/V", 1.0, (0.0, 9.0))
+    R = Equation("R", k * x, "N")
+    F = Equation("F", a * u - R, "N")
+    port = Port("rubber", "force", "R", (("z", x),))
+    model = Model("muscle", (t, u, x), (k, a), (R, F), ("F",), (port,))
+    time = np.linspace(0, 5, 200)
+    inputs = {"t": time, "u": np.sin(time), "x": np.cos(3 * time)}
+    force = np.sin(time) - 2 * inputs["x"] + 0.01 * np.random.default_rng(0).standard_normal(200)
+    case = Case(None, "muscle", (Recording("a", None, "fit", inputs, {"F": force}),))
+    (trace,) = mg.fit(model, case).traces
+    assert stroke_of(trace) == "x"
 
 
 def test_one_record_tells_how_the_extended_model_begins(tmp_path: Path) -> None:

@@ -50,5 +50,11 @@ def make_trace(model: Model, s: Series, before: Array, after: Array, outliers: A
     return Trace(
         s.name, s.role, axis.name, axis.unit, s.unit, s.measure, s.inputs[axis.name],
         joined(s.data), joined(s.data + before), joined(s.data + after), w.apply(before), w.apply(after),
-        outliers, s.inputs, {i.name: i.unit for i in model.inputs}, s.data, after,
+        outliers, _stroke_first(model, s.inputs), {i.name: i.unit for i in model.inputs}, s.data, after,
     )  # fmt: skip
+
+
+def _stroke_first(model: Model, inputs: Mapping[str, Array]) -> dict[str, Array]:
+    """The inputs, a displacement at a port before others: a force is drawn over it, not over what drives."""
+    strokes = {str(x) for p in model.ports for n, x in p.variables if n == "z"}
+    return {n: inputs[n] for n in (*(n for n in inputs if n in strokes), *inputs)}
