@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import modelgen as mg
 from modelgen.diagnose import diagnose
+from modelgen.errors import InputError
 from modelgen.language import Equation, Input, Model, Parameter, Port, State, Symbol
 from modelgen.models import load
 from modelgen.recordings import Case, Noise, Recording
@@ -55,6 +57,15 @@ def test_long_steps_are_told_and_are_no_physics(dt: float, coarse: bool) -> None
     assert any("as many steps" in note for note in verdict.notes) == coarse
     found = next(e for e in verdict.parameters if e.name == "tau")
     assert found.value == pytest.approx(TAU, abs=3 * found.std)
+
+
+def test_what_runs_away_says_where_and_why() -> None:
+    """Milliseconds that are called seconds."""
+    slow = recorded(0.02)
+    record = replace(slow, inputs={**slow.inputs, "t": 1e3 * slow.inputs["t"]})
+    case = Case(None, "vessel", (record,), noise=Noise(sigma={"p": SIGMA}))
+    with pytest.raises(InputError, match=r"in 'step' from t = \d+ s on: steps of 20 s are too long"):
+        mg.fit(vessel(), case)
 
 
 def test_a_force_is_drawn_over_the_displacement_at_its_port() -> None:

@@ -28,7 +28,7 @@ from modelgen.fit.result import Estimate, FitResult, OutputFit, RecordingFit, es
 from modelgen.fit.separating import confusions
 from modelgen.fit.series import Array, Series, make_series
 from modelgen.fit.staged import fit_recipe
-from modelgen.fit.steps import coarse
+from modelgen.fit.steps import coarse, runs_away
 from modelgen.fit.swarms import scattered, swarmed
 from modelgen.fit.trace import make_trace
 from modelgen.fit.uncertainty import assess
@@ -86,7 +86,8 @@ def fit(
     else:
         outcome, says = _searched(method, problem, case, seed, progress), method.text
     if not np.isfinite(outcome.value):
-        raise InputError(f"the fit of '{model.id}' failed: {outcome.reason.value.removeprefix('failed: ')}")
+        why, where = outcome.reason.value.removeprefix("failed: "), runs_away(ex, problem.start)
+        raise InputError(f"the fit of '{model.id}' failed: {why}{where and f', {where}'}")
     moved = with_motion(ex, case, case.fit, outcome.theta)
     if moved is not ex:
         ex, problem, outcome = moved, *_again(moved, problem, outcome, constrained)

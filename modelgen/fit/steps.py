@@ -49,3 +49,22 @@ def coarse(e: Experiment, theta: Array) -> list[str]:
         for s, x in zip(e.series, step_errors(e, theta), strict=False)
         if not x < TOLERATED
     ]
+
+
+def runs_away(e: Experiment, theta: Array) -> str:
+    """Where the output ceases to be finite at θ, and what may be the matter; "" where it doesn't."""
+    axis = e.model.inputs[0]
+    for k, s in enumerate(e.series if np.all(np.isfinite(theta)) else ()):
+        with np.errstate(all="ignore"):
+            bad = np.flatnonzero(~np.all(np.isfinite(e.raw(theta, k)), axis=0))
+        if bad.size:
+            x = s.inputs[axis.name]
+            where = f"in '{s.name}' from {axis.name} = {x[bad[0]]:.6g} {axis.unit} on"
+            steps = np.median(np.diff(x)) if len(x) > 1 else 0.0
+            if any(state.rate is not None for state in e.model.states):
+                return (
+                    f"{where}: steps of {steps:.3g} {axis.unit} are too long for a state (a time in another "
+                    "unit?), or it needs more `substeps`, or `stiff=True`"
+                )
+            return where
+    return ""
