@@ -18,11 +18,12 @@ def write_atomically(
     """Write text (as UTF-8) or bytes to a neighbouring file, then rename it: a reader sees the old file or
     the new one, whole.
 
-    A file that holds just that is not touched. parents: make the folder if it is missing.
+    A file that holds just that is not touched. A link is followed; a device or a FIFO is written to, as
+    nothing can be renamed over it. parents: make the folder if it is missing.
     lasting: False for what can be made again: a machine that loses power may leave it empty.
     Raises InputError when `path` is a folder or its own folder is missing, ToolError when the system refuses.
     """
-    path = Path(path)
+    path = destination(Path(path))
     data = content.encode() if isinstance(content, str) else content
     if path.is_dir():
         raise InputError(f"cannot write {path}: it is a folder, a file name is wanted")
@@ -31,6 +32,10 @@ def write_atomically(
     part = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        if is_special(path):
+            with open(path, "wb") as file:
+                file.write(data)
+            return
         if path.is_file() and path.read_bytes() == data:
             return
         try:
@@ -44,6 +49,24 @@ def write_atomically(
             part.unlink(missing_ok=True)
     except OSError as why:
         raise ToolError(f"cannot write {path}: {why.strerror or why}") from why
+
+
+def destination(path: Path) -> Path:
+    """Where what is written to `path` goes: a link to a file, or to none yet, stands for what it leads to.
+
+    Raises InputError for one that leads back to itself.
+    """
+    if not path.is_symlink() or is_special(path):  # a pipe behind /dev/stdout has no other name
+        return path
+    end = Path(os.path.realpath(path))
+    if end.is_symlink():
+        raise InputError(f"cannot write {path}: it is a link that leads nowhere")
+    return end
+
+
+def is_special(path: Path) -> bool:
+    """Whether `path` is there and neither a file nor a folder: a device, a FIFO, a socket."""
+    return path.exists() and not path.is_file() and not path.is_dir()
 
 
 def made_whole(folder: Path, make: Callable[[Path], object]) -> Path:

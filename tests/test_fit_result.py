@@ -2,6 +2,8 @@
 
 import json
 import os
+import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from fit_problems import T, problem
@@ -80,6 +82,27 @@ def test_a_refused_file_is_one_line_and_leaves_nothing(result: FitResult, tmp_pa
 def test_an_unwritable_folder_is_one_line() -> None:
     with pytest.raises(ToolError, match="cannot write /proc/nothing"):
         write_atomically("/proc/nothing.json", "x")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links and FIFOs are POSIX")
+def test_what_is_no_plain_file_stays_what_it_is(tmp_path) -> None:
+    link, loop, pipe = tmp_path / "link.json", tmp_path / "loop.json", tmp_path / "pipe.json"
+    link.symlink_to("real.json")
+    for text in ("1", "2"):
+        write_atomically(link, text)
+        assert link.is_symlink() and (tmp_path / "real.json").read_text() == text
+    os.mkfifo(pipe)
+    with ThreadPoolExecutor(1) as pool:
+        told = pool.submit(pipe.read_text)
+        write_atomically(pipe, "3")
+        assert told.result(10) == "3"
+    assert pipe.is_fifo()
+    loop.symlink_to("loop.json")
+    with pytest.raises(InputError, match=r"loop.json: it is a link that leads nowhere"):
+        write_atomically(loop, "4")
+    assert sorted(p.name for p in tmp_path.iterdir()) == [
+        "link.json", "loop.json", "pipe.json", "real.json"
+    ]  # fmt: skip
 
 
 def test_text_is_utf8_and_numbers_survive(tmp_path) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from modelgen.errors import InputError, ToolError
+from modelgen.files import destination, is_special
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -66,10 +67,11 @@ def check_output(path: Path | None, *, folder: bool = False) -> None:
         if not there.is_dir():
             raise InputError(f"cannot write into {path}: {there} is a file, a folder is wanted")
     else:
-        there = path.parent
+        end = destination(path)
+        there = end if is_special(end) else end.parent
         if path.is_dir():
             raise InputError(f"cannot write {path}: it is a folder, a file name is wanted")
-        if not there.is_dir():
+        if not (there.is_dir() or is_special(end)):
             raise InputError(f"cannot write {path}: the folder {there} does not exist")
     if not os.access(there, os.W_OK):
         raise ToolError(f"cannot write {path}: no permission to write into {there}")
