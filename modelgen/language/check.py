@@ -21,6 +21,7 @@ def check_model(model: Model) -> None:
     _check_names(model)
     _check_use(model)
     if not model.checked:
+        _check_steps(model)
         _check_units(model)
         check_derived(model)
 
@@ -94,6 +95,15 @@ def _check_use(model: Model) -> None:
                     f"{_hint(model, name, known) if not later else ''}"
                 )
         known.add(s.name)
+
+
+def _check_steps(model: Model) -> None:
+    for s in model.states:
+        count = s.substeps
+        if isinstance(count, bool) or not hasattr(count, "__index__") or count < 1:
+            raise InputError(
+                f"model '{model.id}', state '{s.name}': substeps is {count!r}, wanted a whole number from 1"
+            )
 
 
 def _hint(model: Model, name: str, known: set[str]) -> str:
