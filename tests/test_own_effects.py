@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -62,6 +63,19 @@ def test_a_turn_that_is_none_is_refused(model: Model) -> None:
     wrong = replace(rub, acts="last")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="effect 'rub': acts is 'last', wanted FIRST, BESIDE, AROUND"):
         check_effects([wrong], model, {"spring"})
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"strengths": Strength("R", "{port}")}, r"strengths is of type Strength, .* \(Strength\(…\),\)"),
+        ({"shapes": Shape("tau", "s", "time", 1, 2)}, r"shapes is of type Shape, .* \(Shape\(…\),\)"),
+        ({"needs": "z_prev"}, r"needs is text, wanted a tuple of them: \('z_prev',\)"),
+    ],
+)
+def test_a_comma_that_was_forgotten_is_told(model: Model, wrong: dict[str, Any], says: str) -> None:
+    with pytest.raises(InputError, match=f"effect 'rub': {says}"):
+        check_effects([replace(rub, **wrong)], model, {"spring"})
 
 
 def test_an_effect_that_changes_the_model_without_strength_is_refused() -> None:

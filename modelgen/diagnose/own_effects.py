@@ -30,8 +30,7 @@ def _check_kinds(effects: Sequence[Effect], model: Model, known: set[str]) -> No
     for e in effects:
         if not isinstance(e, Effect):
             raise InputError(f"effects: found {e!r}, wanted an Effect")
-        if isinstance(e.kinds, str):
-            raise InputError(f"effect '{e.id}': kinds is text, wanted a tuple of them: ({e.kinds!r},)")
+        _check_tuples(e)
         if e.acts not in tuple(TURNS):
             raise InputError(f"effect '{e.id}': acts is {e.acts!r}, wanted {', '.join(TURNS.values())}")
         if not (known | here) & set(e.kinds):
@@ -40,6 +39,31 @@ def _check_kinds(effects: Sequence[Effect], model: Model, known: set[str]) -> No
                 f"effect '{e.id}': no kind of port '{kind}' ({model.id} has {', '.join(sorted(here))})"
                 f"{did_you_mean(kind, known | here)}"
             )
+
+
+TUPLES = ("kinds", "strengths", "shapes", "needs", "lacks", "also", "unless", "alike", "instead", "units")
+"""What an effect has several of, or none."""
+
+
+def _check_tuples(e: Effect) -> None:
+    """Refuse an effect of which one thing stands where a tuple of them is wanted: a comma was forgotten."""
+    for key in (
+        "kinds",
+        "strengths",
+        "shapes",
+        "needs",
+        "lacks",
+        "also",
+        "unless",
+        "alike",
+        "instead",
+        "units",
+    ):
+        given = getattr(e, key)
+        if not isinstance(given, tuple | list):
+            found = "text" if isinstance(given, str) else f"of type {type(given).__name__}"
+            one = repr(given) if isinstance(given, str) else f"{type(given).__name__}(…)"
+            raise InputError(f"effect '{e.id}': {key} is {found}, wanted a tuple of them: ({one},)")
 
 
 def _check_laws(effects: Sequence[Effect], model: Model) -> None:
