@@ -35,6 +35,7 @@ SPRING = Model("spring", (t, z), (k,), (F,), ("F",), (PORT,))
         (lambda: Parameter("k", "N/mm", 1.0, (0, "1")), "'k': bounds: found '1'"),  # type: ignore[arg-type]
         (lambda: Model("s", (t, z), (k,), (F,), ("F",), PORT), "ports is of type Port"),  # type: ignore[arg-type]
         (lambda: Model("s", (t, z), k, (F,), ("F",)), "parameters is of type Parameter"),  # type: ignore[arg-type]
+        (lambda: Port("mount", "force", "F", ("z", z)), "'mount': variables are no pairs of name and"),
         (
             lambda: Model("s", (t, z), (k,), (Equation("F", k * Symbol("z_prev", real=True), "N"),), ("F",)),
             r"'z_prev' is not declared: .* previous\(z\)",

@@ -70,6 +70,9 @@ class Port:
     variables: tuple[tuple[str, Any], ...] = ()
 
     def __post_init__(self) -> None:  # an input or a state stands for its symbol
+        if not all(isinstance(pair, tuple | list) and len(pair) == 2 for pair in self.variables):
+            wanted = 'wanted (("z", z),) for one'
+            raise InputError(f"port '{self.name}': variables are no pairs of name and quantity, {wanted}")
         object.__setattr__(self, "variables", tuple((n, expression(x)) for n, x in self.variables))
 
     def __getitem__(self, key: str) -> Any:
