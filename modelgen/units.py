@@ -7,6 +7,7 @@ import re
 from functools import cache
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
+from unicodedata import normalize
 
 from modelgen.errors import InputError
 from modelgen.files import cache_folder, made_whole
@@ -44,7 +45,8 @@ def parse(unit: str) -> pint.Unit:
 
     Raises InputError when the unit is not known.
     """
-    text = re.sub(f"[{RAISED}]+", lambda p: "**" + p[0].translate(LOWERED), unit.strip())
+    text = normalize("NFC", unit.strip())  # ohm, kelvin, ångström: each has a sign beside the letter
+    text = re.sub(f"[{RAISED}]+", lambda p: "**" + p[0].translate(LOWERED), text)
     for a, b in (("·", "*"), ("Ω", "ohm"), ("µ", "u"), ("°", "deg")):
         text = text.replace(a, b)
     # "Ohms", "Deg", "kOhm", but not "MOhm"

@@ -52,6 +52,13 @@ def test_units_are_read_as_people_write_them(found: str, wanted: str, times: flo
     assert factor(found, wanted) == pytest.approx(times)
 
 
+@pytest.mark.parametrize(
+    ("sign", "letter"), [("k\u2126", "k\u03a9"), ("\u212a", "K"), ("\u00b5m", "\u03bcm")]
+)
+def test_signs_of_two_codes_are_one_unit(sign: str, letter: str) -> None:
+    assert sign != letter and factor(sign, letter) == 1.0
+
+
 def test_what_is_tidied_reads_back() -> None:
     for unit in ("(N)/((mm))**3", "N·s/mm", "m²/N", "1", "ohm*s**0.5"):
         assert parse(tidy(unit)) == parse(unit)
