@@ -64,6 +64,11 @@ def destination(path: Path) -> Path:
     return end
 
 
+def leads_nowhere(path: Path) -> bool:
+    """Whether `path` is a link to what is not there, or to itself."""
+    return path.is_symlink() and not path.exists()
+
+
 def is_special(path: Path) -> bool:
     """Whether `path` is there and neither a file nor a folder: a device, a FIFO, a socket."""
     return path.exists() and not path.is_file() and not path.is_dir()

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from modelgen.errors import InputError, did_you_mean
+from modelgen.files import leads_nowhere
 
 
 def run_user_file(shown: str, file: Path, wanted: str) -> dict[str, Any]:
@@ -18,6 +19,8 @@ def run_user_file(shown: str, file: Path, wanted: str) -> dict[str, Any]:
 
     if file.is_dir():
         raise InputError(f"'{shown}' is a folder, a Python file with {wanted} in it is wanted")
+    if leads_nowhere(file):
+        raise InputError(f"'{shown}' is a link that leads nowhere")
     if not file.exists():
         near = did_you_mean(file.name, [p.name for p in file.parent.glob("*.py")])
         raise InputError(f"no file '{shown}'{near or f', wanted a Python file with {wanted} in it'}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -359,6 +360,14 @@ def test_a_misspelt_file_is_told_the_nearest(tmp_path: Path) -> None:
     (tmp_path / "loop_3mm.csv").write_text("")
     with pytest.raises(InputError, match=r"loop_3mm\.cvs: no such file, did you mean 'loop_3mm\.csv'\?"):
         read_table(tmp_path / "loop_3mm.cvs")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links are POSIX")
+@pytest.mark.parametrize("target", ["case.toml", "gone.toml"])
+def test_a_link_that_leads_nowhere_is_said_to_be_one(tmp_path: Path, target: str) -> None:
+    (tmp_path / "case.toml").symlink_to(target)
+    with pytest.raises(InputError, match=r"case\.toml: it is a link that leads nowhere$"):
+        read_case_file(tmp_path / "case.toml")
 
 
 def test_names_of_files_that_share_a_stem(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.errors import InputError, did_you_mean
+from modelgen.files import leads_nowhere
 
 HUGE = 1e60
 """No measured number is above it, and squares of squares of what is below do not overflow."""
@@ -45,6 +46,8 @@ PACKED = {
 def read_text(path: Path) -> str:
     """The text of a regular UTF-8 file, byte-order mark or not. Raises InputError when there is none."""
     try:
+        if leads_nowhere(path):
+            raise fail(f"{path}: it is a link that leads nowhere")
         if not path.exists():
             there = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
             raise fail(f"{path}: no such file{did_you_mean(path.name, there)}")
