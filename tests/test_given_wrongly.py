@@ -17,11 +17,12 @@ from modelgen.effects.effect import add
 from modelgen.errors import InputError
 from modelgen.export.values import parse_fixed
 from modelgen.fit.series import signature_of
-from modelgen.language import Equation, Input, Model, Parameter, Port, j
+from modelgen.language import Equation, Input, Model, Parameter, Port, State, j, rate_of
 from modelgen.models import load
 
 t, z = Input("t", "s"), Input("z", "mm")
 k = Parameter("k", "N/mm", 1.0, (0.1, 10.0))
+T = Parameter("T", "s", 1.0)
 F = Equation("F", k * z, "N")
 PORT = Port("mount", "force", "F", (("z", z),))
 SPRING = Model("spring", (t, z), (k,), (F,), ("F",), (PORT,))
@@ -39,6 +40,14 @@ SPRING = Model("spring", (t, z), (k,), (F,), ("F",), (PORT,))
         (
             lambda: Model("s", (t, z), (k,), (Equation("F", k * Symbol("z_prev", real=True), "N"),), ("F",)),
             r"'z_prev' is not declared: .* previous\(z\)",
+        ),
+        (
+            lambda: Model("s", (z, t, rate_of(z, "v", "mm/s")), (k,), (F,), ("F",)),
+            "first input is 'z', wanted 't', along which 'v' is formed",
+        ),
+        (
+            lambda: Model("s", (z, t), (T,), (State("x", 0, rate=(z - Symbol("x")) / T, unit="mm"),), ("x",)),
+            "first input is 'z', wanted 't', along which 'x' is formed",
         ),
         (lambda: mg.build(SPRING, wrt="k"), "wrt is the text 'k'"),
         (lambda: mg.build(SPRING)(t=[0, 1], z=[0, 1], k=1j), "'k' .* is 1j, wanted a number"),

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from modelgen.errors import InputError, did_you_mean
-from modelgen.language.derived import check_derived
+from modelgen.language.derived import PER_TIME, check_derived
 from modelgen.language.meant import expressions, symbols
 from modelgen.language.quantities import Equation, Implicit, State
+from modelgen.units import converts
 
 if TYPE_CHECKING:
     from modelgen.language.model import Model
@@ -22,8 +23,12 @@ def check_model(model: Model) -> None:
     _check_use(model)
     if not model.checked:
         _check_steps(model)
-        _check_units(model)
-        check_derived(model)
+        try:
+            _check_units(model)
+            check_derived(model)
+        except InputError:
+            _check_axis(model)  # rates are by the first input: by another no unit of theirs is right
+            raise
 
 
 def _check_names(model: Model) -> None:
@@ -104,6 +109,18 @@ def _check_steps(model: Model) -> None:
             raise InputError(
                 f"model '{model.id}', state '{s.name}': substeps is {count!r}, wanted a whole number from 1"
             )
+
+
+def _check_axis(model: Model) -> None:
+    """Time stands first among the inputs of a model with rates, if it is one of them."""
+    rates = [s.name for s in model.states if s.rate is not None]
+    rates += [i.name for i in model.inputs if i.derived and i.derived[0] in PER_TIME]
+    times = [i.name for i in model.inputs if i.derived is None and converts(i.unit, "s")]
+    if rates and times and model.axis not in times:
+        raise InputError(
+            f"model '{model.id}': its first input is '{model.axis}', wanted '{times[0]}', along which "
+            f"'{rates[0]}' is formed"
+        )
 
 
 def _hint(model: Model, name: str, known: set[str]) -> str:
