@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from modelgen.fit.constrained import constrained
-from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, at_least
+from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, at_least, whole
 from modelgen.fit.problem import Matrix, Normal, Problem, Vector
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class GaussNewton(Method):
     beyond: bool = False
 
     def __post_init__(self) -> None:
-        at_least(1, max_iter=self.max_iter)
+        whole(1, max_iter=self.max_iter)
         at_least(0, tol=self.tol, damping=self.damping)
 
     @property

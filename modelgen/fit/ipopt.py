@@ -9,7 +9,7 @@ import numpy as np
 
 from modelgen.errors import InputError
 from modelgen.fit.guard import Guard, callback_class
-from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, at_least
+from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, at_least, whole
 from modelgen.fit.problem import FLAT, ZERO, Matrix, Normal, Problem, Vector
 from modelgen.fit.shooting import shoot
 
@@ -50,8 +50,9 @@ class IPOPT(Method):
     shooting: int = 0
 
     def __post_init__(self) -> None:
-        at_least(1, max_iter=self.max_iter)
-        at_least(0, tol=self.tol, shooting=self.shooting)
+        whole(1, max_iter=self.max_iter)
+        whole(0, shooting=self.shooting)
+        at_least(0, tol=self.tol)
         if self.hessian not in ("gauss-newton", "exact", "limited-memory"):
             raise InputError(
                 f"hessian '{self.hessian}': 'gauss-newton', 'exact' or 'limited-memory' is wanted"

@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import Enum
+from numbers import Integral, Real
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -206,7 +207,17 @@ def _started(problem: Problem, start: ArrayLike) -> Vector:
 
 
 def at_least(low: float, **settings: float) -> None:
-    """Raise InputError for a setting below `low`."""
+    """Raise InputError for a setting that is no number, or one below `low`."""
     for name, value in settings.items():
+        if isinstance(value, bool) or not isinstance(value, Real):
+            raise InputError(f"setting {name} = {value!r}: a number is wanted")
         if not value >= low:
             raise InputError(f"setting {name} = {value:g}: at least {low:g} is wanted")
+
+
+def whole(low: int, **settings: int) -> None:
+    """Raise InputError for a setting that is no whole number, or one below `low`."""
+    for name, value in settings.items():
+        if not isinstance(value, Integral):
+            raise InputError(f"setting {name} = {value!r}: a whole number is wanted")
+    at_least(low, **settings)

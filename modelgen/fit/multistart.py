@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from modelgen.errors import InputError
 from modelgen.fit.gauss_newton import GaussNewton, ended
-from modelgen.fit.method import OUTSIDE, Method, Outcome, Reason, Seed, Watch, at_least, part
+from modelgen.fit.method import OUTSIDE, Method, Outcome, Reason, Seed, Watch, part, whole
 from modelgen.fit.pool import slices
 from modelgen.fit.problem import Matrix, Problem, Vector
 from modelgen.fit.pso import uniform
@@ -36,7 +37,11 @@ class MultiStart(Method):
     farm: Farm | None = None
 
     def __post_init__(self) -> None:
-        at_least(1, starts=self.starts)
+        if not isinstance(self.inner, Method):
+            raise InputError(
+                f"setting inner = {self.inner!r}: a method is wanted; the count is MultiStart(starts=20)"
+            )
+        whole(1, starts=self.starts)
 
     @property
     def text(self) -> str:

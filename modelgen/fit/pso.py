@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from modelgen.errors import InputError
-from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, at_least
+from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, at_least, whole
 from modelgen.fit.pool import slices
 from modelgen.fit.problem import Matrix, Problem, Vector, wide
 
@@ -52,7 +52,7 @@ class PSO(Method):
     seed: int = 0
 
     def __post_init__(self) -> None:
-        at_least(1, particles=self.particles, iterations=self.iterations)
+        whole(1, particles=self.particles, iterations=self.iterations)
         at_least(0, w=self.w, c1=self.c1, c2=self.c2, v_max=self.v_max, tol=self.tol)
         if self.bounds_handling not in WALLS:
             raise InputError(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, at_least
+from modelgen.fit.method import Method, Outcome, Reason, Seed, Watch, whole
 from modelgen.fit.problem import Problem, Vector
 
 BATCH = 64  # changes that are evaluated at once; few are kept, so hardly any are evaluated twice
@@ -20,7 +20,7 @@ class RandomSets(Method):
     seed: int = 0
 
     def __post_init__(self) -> None:
-        at_least(1, sets=self.sets)
+        whole(1, sets=self.sets)
 
     @property
     def text(self) -> str:
@@ -49,7 +49,7 @@ class RandomChanges(Method):
     seed: int = 0
 
     def __post_init__(self) -> None:
-        at_least(1, changes=self.changes, most=self.most)
+        whole(1, changes=self.changes, most=self.most)
 
     @property
     def text(self) -> str:
