@@ -89,6 +89,11 @@ def test_settings_of_a_fit_and_a_diagnosis(tmp_path: Path) -> None:
             mg.fit(model, case, seed=seed)
         with pytest.raises(InputError, match="seed: found"):
             mg.diagnose(case, model, seed=seed)
+    for law, found in ((friction(), "something of type Effect"), ("own.py", "'own.py', .*load_effects")):
+        with pytest.raises(InputError, match=f"effects: found {found}"):
+            mg.diagnose(case, model, effects=law)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="start: found something of type list, wanted values by name"):
+        mg.fit(model, case, start=[1, 2])  # type: ignore[arg-type]
     with pytest.raises(InputError, match="start: 'k_D' is 'a'"):
         mg.fit(model, case, start={"k_D": "a"})
 

@@ -36,7 +36,7 @@ from modelgen.diagnose.verdict import Verdict
 from modelgen.diagnose.whole_ports import whole
 from modelgen.effects import Effect
 from modelgen.effects.kinds import unknown_kinds
-from modelgen.fit.given import check_given, check_held, check_seed
+from modelgen.fit.given import check_effects_given, check_given, check_held, check_seed
 from modelgen.fit.pieces import in_pieces
 from modelgen.fit.series import Series
 from modelgen.fit.steps import TOLERATED, finer, step_errors
@@ -63,6 +63,7 @@ def diagnose(
 
     check_given(model, case)
     check_seed(seed)
+    check_effects_given(effects)
     check_held(case)
     folder = None if out is None else Path(out)
     warm()

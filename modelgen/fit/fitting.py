@@ -15,7 +15,7 @@ from modelgen.fit.conditions import broken_in, values_at
 from modelgen.fit.experiment import Experiment, experiment
 from modelgen.fit.farm import Farm
 from modelgen.fit.gauss_newton import GaussNewton
-from modelgen.fit.given import check_given, check_held, check_seed, is_finite
+from modelgen.fit.given import check_given, check_held, check_seed, check_start, is_finite
 from modelgen.fit.method import Method, Outcome, Progress, Reason, part
 from modelgen.fit.motion import with_motion
 from modelgen.fit.multistart import MultiStart
@@ -64,6 +64,7 @@ def fit(
     """
     check_given(model, case, method)
     check_seed(seed)
+    check_start(start)
     check_held(case)
     case = in_pieces(model, case)
     if executor is not None and not (method is None or isinstance(method, MultiStart)):

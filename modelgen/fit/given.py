@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,17 +24,34 @@ def check_given(model: Any, case: Any, method: Any = None) -> None:
             "fit(model, case) and diagnose(case, model)"
         )
     if not isinstance(model, Model):
-        raise InputError(f"model: found {_kind(model)}, wanted a Model; mg.open_case reads one and its case")
+        raise InputError(f"model: found {kind(model)}, wanted a Model; mg.open_case reads one and its case")
     if not isinstance(case, Case):
-        raise InputError(f"case: found {_kind(case)}, wanted a Case; mg.read_case reads one")
+        raise InputError(f"case: found {kind(case)}, wanted a Case; mg.read_case reads one")
     if not (method is None or isinstance(method, Method | Recipe)):
-        raise InputError(f"method: found {_kind(method)}, wanted one such as mg.PSO(40) >> mg.IPOPT()")
+        raise InputError(f"method: found {kind(method)}, wanted one such as mg.PSO(40) >> mg.IPOPT()")
 
 
 def check_seed(seed: Any) -> None:
     """Raises InputError for a seed that is no whole number from 0."""
     if isinstance(seed, bool) or not hasattr(seed, "__index__") or seed < 0:
         raise InputError(f"seed: found {seed!r}, wanted a whole number from 0")
+
+
+def check_start(start: Any) -> None:
+    """Raises InputError for a start that is no values by name."""
+    if not (start is None or isinstance(start, Mapping)):
+        raise InputError(f"start: found {kind(start)}, wanted values by name, as {{'k': 2.0}}")
+
+
+def check_effects_given(effects: Any) -> None:
+    """Raises InputError for effects that are no list of them."""
+    if isinstance(effects, str | Path):
+        raise InputError(
+            f"effects: found {str(effects)!r}, wanted a list of Effects; "
+            "modelgen.effects.load_effects reads them from a file"
+        )
+    if not (effects is None or isinstance(effects, Collection)):
+        raise InputError(f"effects: found {kind(effects)}, wanted a list of Effects")
 
 
 def check_held(case: Case) -> None:
@@ -53,5 +72,6 @@ def is_finite(value: Any) -> bool:
         return False
 
 
-def _kind(x: Any) -> str:
+def kind(x: Any) -> str:
+    """What was found, in words: text as it is, else the type."""
     return repr(x) if isinstance(x, str) else f"something of type {type(x).__name__}"
