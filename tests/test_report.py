@@ -16,6 +16,7 @@ from rich.console import Console
 
 from modelgen.diagnose.verdict import Finding, Mismatch, PortCurve, Trial
 from modelgen.errors import InputError
+from modelgen.models import load
 from modelgen.report import print_verdict, words, write_html
 from modelgen.report.axes import fold, plain
 from modelgen.report.curve import slope_and_phase, slope_text
@@ -148,6 +149,14 @@ def test_written_whole_or_not_at_all(tmp_path) -> None:
     assert [p.name for p in tmp_path.iterdir()] == ["a.html"]
 
 
+def test_arguments_that_have_changed_places_are_told(tmp_path) -> None:
+    path, v = tmp_path / "a.html", verdicts.adequate()
+    with pytest.raises(InputError, match=r"^verdict: found something of type \w+, wanted a Verdict"):
+        write_html(path, v)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="case: found something of type Model, wanted a Case"):
+        write_html(v, path, load("kelvin_voigt"))  # type: ignore[arg-type]
+
+
 def test_the_same_verdict_gives_the_same_page() -> None:
     v = verdicts.stiffness()
     assert page(v) == page(v)
@@ -199,7 +208,6 @@ def test_what_is_missing_in_time_is_drawn_where_no_curve_is_given() -> None:
 
 
 def test_units_of_inputs_come_from_the_model() -> None:
-    from modelgen.models import load
 
     v = replace(verdicts.missing_backlash(400), curve=None, mismatch=())
     assert "z [mm]" not in page(v)

@@ -13,7 +13,9 @@ import numpy as np
 from markupsafe import Markup
 
 from modelgen.diagnose.verdict import Estimate, Finding, Verdict
+from modelgen.errors import InputError
 from modelgen.files import write_atomically
+from modelgen.fit.given import kind
 from modelgen.fit.trace import Trace
 from modelgen.language.meant import expressions
 from modelgen.report import curve as port_curve
@@ -36,9 +38,27 @@ def write_html(
     """Write the page whole or not at all. `case` adds its file's name, names of outputs and known constants,
     `model` what moves, and the units of inputs.
 
-    Raises InputError or ToolError, one line, when it can't be written.
+    Raises InputError or ToolError, one line, when an argument is of another kind or it can't be written.
     """
+    _check_given(verdict, path, case, model)
     write_atomically(path, page(verdict, case, model))
+
+
+def _check_given(verdict: object, path: object, case: object, model: object) -> None:
+    """Raise InputError where one of these is of another kind, as when two have changed places."""
+    from modelgen.language import Model
+    from modelgen.recordings import Case
+
+    for name, found, wanted, says in (
+        ("verdict", verdict, Verdict, "a Verdict"),
+        ("path", path, str | Path, "a file's name"),
+        ("case", case, Case | None, "a Case"),
+        ("model", model, Model | None, "a Model"),
+    ):
+        if not isinstance(found, wanted):
+            raise InputError(
+                f"{name}: found {kind(found)}, wanted {says}: it is write_html(verdict, path, case, model)"
+            )
 
 
 def page(verdict: Verdict, case: Case | None = None, model: Model | None = None) -> str:
