@@ -311,6 +311,8 @@ def test_a_root_takes_few_evaluations_of_its_residual() -> None:
         ({}, "needs input 'f' \\[Hz\\]"),
         ({"f": []}, "are empty"),
         ({"f": "loud"}, "not numeric"),
+        ({"f": "1000"}, "not numeric"),
+        ({"f": 1000 + 0j}, "not numeric"),
         ({"f": 100.0, "R_e": [1.0, 2.0]}, "'R_e' .* must be one number"),
     ],
 )

@@ -138,6 +138,8 @@ class Function:
                 raise InputError(
                     f"model '{model.id}': parameter '{p.name}' [{p.unit}] has no default and was not given"
                 )
+            if isinstance(value, complex | str):
+                raise InputError(f"parameter '{p.name}' of model '{model.id}' is {value!r}, wanted a number")
             values[p.name] = value
         if not model.inputs:
             arrays = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in values.values()))
@@ -153,8 +155,6 @@ class Function:
                     f"parameter '{name}' of model '{model.id}' must be one number, "
                     f"found shape {np.shape(value)}"
                 )
-            if isinstance(value, complex | str):
-                raise InputError(f"parameter '{name}' of model '{model.id}' is {value!r}, wanted a number")
         from modelgen.codegen.inputs import complete_inputs
 
         sampled, shape = complete_inputs(model, {n: given[n] for n in inputs if n in given})

@@ -29,6 +29,8 @@ def complete_inputs(
     for i in model.inputs:
         if i.name in given:
             try:
+                if np.asarray(given[i.name]).dtype.kind in "USc":  # numpy reads numbers out of text
+                    raise TypeError
                 arrays[i.name] = np.asarray(given[i.name], dtype=float)
             except (TypeError, ValueError):
                 raise InputError(f"input '{i.name}' of model '{model.id}' is not numeric") from None
