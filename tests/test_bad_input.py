@@ -245,6 +245,7 @@ OPTIONS = {
     ("fit", "case.toml", "--start", "B=1"): "'B' is not a free parameter, did you mean 'Bl'",
     ("fit", "case.toml", "--start", "Bl"): "NAME=VALUE",
     ("fit", "case.toml", "--method", "psso"): "unknown method 'psso', did you mean 'pso'",
+    ("fit", "case.toml", "--method", ""): "--method: found '', wanted one of gauss-newton, ipopt",
     ("fit", "case.toml", "--method", "pso(0)"): "particles = 0: at least 1",
     ("fit", "case.toml", "--method", "pso >>"): "unknown method",
     ("fit", "case.toml", "--seed", "x"): "--seed",

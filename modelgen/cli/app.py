@@ -49,13 +49,13 @@ def fit(
         Path | None, typer.Option(help="draw recordings, model and residual: .svg, .png or .pdf")
     ] = None,
     method: Annotated[
-        str,
+        str | None,
         typer.Option(
             help="'gauss-newton', 'pso(40)', 'ipopt', 'ipopt(shooting=20)', 'multistart(20)', a chain "
             "'pso >> ipopt', or 'gmm-1', 'gmm-2', 'gmm-3': Methods 1 to 3 of the GMM paper (with its swarm: "
             "'gmm-3-paper'), or 'mre-stages': stages 2 to 4 of the MRE paper"
         ),
-    ] = "",
+    ] = None,
     start: Annotated[list[str] | None, typer.Option(help="NAME=VALUE, where to begin")] = None,
     seed: Seed = 0,
     constrained: Annotated[

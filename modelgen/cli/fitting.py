@@ -28,7 +28,7 @@ def fit_case(
     path: Path,
     json: Path | None,
     plot: Path | None,
-    method: str,
+    method: str | None,
     start: Sequence[str],
     seed: int,
     constrained: bool = False,

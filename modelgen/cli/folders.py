@@ -27,7 +27,7 @@ Opened = dict[str, tuple[Model, Case]]
 
 
 def fit_folder(
-    folder: Path, file: Path | None, method: str, seed: int, dask: str, of_one: Mapping[str, Any]
+    folder: Path, file: Path | None, method: str | None, seed: int, dask: str, of_one: Mapping[str, Any]
 ) -> None:
     """Fit each case in a folder; print a line for each, and write all results as one JSON.
 

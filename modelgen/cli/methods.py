@@ -28,11 +28,15 @@ _LINK = re.compile(r"\s*([A-Za-z_-]+)\s*(?:\(\s*(?:(\w+)\s*=\s*)?(\d*)\s*\))?\s*
 RECIPES = tuple(f"gmm-{k}{paper}" for paper in ("", "-paper") for k in (1, 2, 3))
 
 
-def read_method(text: str) -> Method | Recipe | None:
-    """The method that `text` names, e.g. "pso(40) >> ipopt(shooting=20)" or "gmm-3"; None for "".
+def read_method(text: str | None) -> Method | Recipe | None:
+    """The method that `text` names, e.g. "pso(40) >> ipopt(shooting=20)" or "gmm-3"; None for None.
 
     Raises InputError.
     """
+    if text is None:
+        return None
+    if not text.strip():
+        raise InputError(f"--method: found '{text}', wanted one of {', '.join((*METHODS, *RECIPES))}")
     if text.strip() in RECIPES:
         from modelgen.papers.gmm import methods
 
@@ -40,7 +44,7 @@ def read_method(text: str) -> Method | Recipe | None:
         recipe: Recipe = getattr(methods, f"METHOD_{number}{'_PAPER' if paper else ''}")
         return recipe
     whole: Method | None = None
-    for link in text.split(">>") if text.strip() else ():
+    for link in text.split(">>"):
         if not link.strip():
             raise InputError(f"--method: unknown method '' in '{text}', wanted one before and after each >>")
         found = _LINK.fullmatch(link)
