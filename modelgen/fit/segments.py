@@ -17,6 +17,7 @@ import numpy as np
 from modelgen.codegen import build_many
 from modelgen.codegen.function import Function, Prepared
 from modelgen.codegen.lower import primary_outputs
+from modelgen.errors import InputError
 from modelgen.fit.series import Array, Series
 from modelgen.fit.whitener import Whitener
 from modelgen.language import Model, Output, Parameter
@@ -90,7 +91,13 @@ class Segments:
 
 
 def segments(ex: Experiment, count: int, whiteners: Sequence[Whitener] | None = None) -> Segments:
-    """Cut each recording of `ex` into `count` segments (fewer where it has not so many samples)."""
+    """Cut each recording of `ex` into `count` segments (fewer where it has not so many samples).
+
+    Raises InputError where none has so many.
+    """
+    most = max(s.n for s in ex.series) - 1
+    if count > most:
+        raise InputError(f"shooting = {count}: the longest recording can be cut into {most} segments at most")
     whole, later = _begun(ex.model, ex.layout.wrt)
     parts = []
     for k, s in enumerate(ex.series):
