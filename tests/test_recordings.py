@@ -338,6 +338,11 @@ def test_the_amplitude_of_a_recorded_motion_may_be_stated(tmp_path: Path) -> Non
     [
         ("", "recording"),
         ('model = "m"', "no [[recording]]"),
+        (
+            'model = "m"\n[recording]\nfile = "a.csv"',
+            "[recording] stands in single brackets, wanted [[recording]]",
+        ),
+        ('model = "m"\nrecording = "a.csv"', "recording = 'a.csv', wanted [[recording]]"),
         ('[[recording]]\nfile = "a.csv"', "model: missing"),
         ('model = 3\n[[recording]]\nfile = "a.csv"', "model: 3"),
         ('model = "m"\n[[recording]]\nrole = "fit"', "file: missing"),

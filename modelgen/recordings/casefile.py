@@ -187,7 +187,11 @@ def _noise(where: str, value: object) -> dict[str, float | tuple[float, float]]:
 
 
 def _recordings(path: Path, value: object) -> tuple[RecordingSpec, ...]:
-    if not isinstance(value, list) or not value:
+    if isinstance(value, dict):
+        raise fail(f"{path}: [recording] stands in single brackets, wanted [[recording]] for each")
+    if value is not None and not isinstance(value, list):
+        raise fail(f"{path}: recording = {show(value)}, wanted [[recording]] and below it file = …")
+    if not value:
         raise fail(f'{path}: no [[recording]], wanted at least one with role = "fit"')
     specs: list[RecordingSpec] = []
     seen: dict[Path, str] = {}
