@@ -23,7 +23,8 @@ def run_user_file(shown: str, file: Path, wanted: str) -> dict[str, Any]:
         raise InputError(f"'{shown}' is a link that leads nowhere")
     if not file.exists():
         near = did_you_mean(file.name, [p.name for p in file.parent.glob("*.py")])
-        raise InputError(f"no file '{shown}'{near or f', wanted a Python file with {wanted} in it'}")
+        wish = near or f", wanted a Python file with {wanted} in it"
+        raise InputError(f"no file '{shown}' in {file.parent.resolve()}{wish}")
     try:
         # under a name of its own: it may be called as a module is that others import meanwhile
         return runpy.run_path(str(file), run_name=f"user_file_{file.stem}")

@@ -277,7 +277,7 @@ OPTIONS = {
     ("fit", "case.toml", "--json", "."): "it is a folder",
     ("diagnose", "case.toml", "--report", "missing/out.html"): "folder missing does not exist",
     ("diagnose", "case.toml", "--out", "sweep.csv"): "sweep.csv is a file, a folder is wanted",
-    ("diagnose", "case.toml", "--effects", "mine.py"): "no file 'mine.py'",
+    ("diagnose", "case.toml", "--effects", "mine.py"): "no file 'mine.py' in ",
     ("diagnose", "case.toml", "--effects", "coil.py"): "has no effect in it",
     ("build", "modified_dal"): "unknown model 'modified_dal', did you mean 'modified_dahl'",
     ("build", "modified_dahl", "coil.py:cool"): "has no 'cool', did you mean 'coil'",
@@ -335,6 +335,14 @@ def test_models_of_the_user(text: str, says: str, folder: Path, refused: Run) ->
     for arguments in (("build", "coil.py:coil"), ("export", "coil.py:coil"), ("fit", "case.toml")):
         line = refused(*arguments)
         assert matches(says, line), line
+
+
+def test_a_missing_file_of_a_model_is_told_with_its_folder(folder: Path, refused: Run) -> None:
+    (folder / "sub").mkdir()
+    (folder / "sub" / "case.toml").write_text(CASE.replace("electrodynamic_transducer", "coil.py:coil"))
+    assert refused("fit", "sub/case.toml").startswith(
+        f"no file 'coil.py' in {folder.resolve() / 'sub'}, wanted"
+    )
 
 
 def test_a_model_of_the_user_is_found_beside_its_case(

@@ -75,7 +75,8 @@ def test_unknown_models(tmp_path: Path) -> None:
 def test_files_that_are_not_there(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(SPRING)
     (tmp_path / "folder.py").mkdir()
-    assert refusal("mime.py:spring", tmp_path) == "no file 'mime.py', did you mean 'mine.py'?"
+    here = tmp_path.resolve()
+    assert refusal("mime.py:spring", tmp_path) == f"no file 'mime.py' in {here}, did you mean 'mine.py'?"
     assert refusal("none/here.py:spring", tmp_path).startswith("no file 'none/here.py'")
     assert "is a folder" in refusal("folder.py:spring", tmp_path)
 
