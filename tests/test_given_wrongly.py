@@ -51,6 +51,8 @@ SPRING = Model("spring", (t, z), (k,), (F,), ("F",), (PORT,))
         ),
         (lambda: mg.build(SPRING, wrt="k"), "wrt is the text 'k'"),
         (lambda: mg.build(SPRING)(t=[0, 1], z=[0, 1], k=1j), "'k' .* is 1j, wanted a number"),
+        (lambda: State("x"), "state 'x' has neither update nor rate, wanted one of them"),
+        (lambda: State("x", 0, update=z, rate=z), "state 'x' has both update and rate, wanted one of them"),
         (lambda: mg.PSO(4.5), "particles = 4.5: a whole number is wanted"),  # type: ignore[arg-type]
         (lambda: mg.PSO(w="1"), "w = '1': a number is wanted"),  # type: ignore[arg-type]
         (lambda: mg.MultiStart(0), r"inner = 0: a method is wanted; .* MultiStart\(starts=20\)"),  # type: ignore[arg-type]

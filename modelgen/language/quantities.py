@@ -264,7 +264,8 @@ class State(Symbolic):
             value = getattr(self, key)
             object.__setattr__(self, key, None if value is None else expression(value))
         if (self.update is None) == (self.rate is None):
-            raise ValueError(f"state '{self.name}' needs either update or rate")
+            found = "neither update nor rate" if self.rate is None else "both update and rate"
+            raise InputError(f"state '{self.name}' has {found}, wanted one of them")
 
 
 Statement = Equation | Implicit | State
