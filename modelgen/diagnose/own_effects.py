@@ -41,24 +41,16 @@ def _check_kinds(effects: Sequence[Effect], model: Model, known: set[str]) -> No
             )
 
 
-TUPLES = ("kinds", "strengths", "shapes", "needs", "lacks", "also", "unless", "alike", "instead", "units")
+TUPLES = (
+    "kinds", "strengths", "shapes", "needs", "lacks", "also", "unless", "amid", "without", "alike", "instead",
+    "units",
+)  # fmt: skip
 """What an effect has several of, or none."""
 
 
 def _check_tuples(e: Effect) -> None:
     """Refuse an effect of which one thing stands where a tuple of them is wanted: a comma was forgotten."""
-    for key in (
-        "kinds",
-        "strengths",
-        "shapes",
-        "needs",
-        "lacks",
-        "also",
-        "unless",
-        "alike",
-        "instead",
-        "units",
-    ):
+    for key in TUPLES:
         given = getattr(e, key)
         if not isinstance(given, tuple | list):
             found = "text" if isinstance(given, str) else f"of type {type(given).__name__}"
