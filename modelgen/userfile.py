@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,26 @@ def _failure(shown: str, file: Path, why: BaseException) -> str:
         if frame.tb_frame.f_code.co_filename == str(file):
             line = frame.tb_lineno
         frame = frame.tb_next
+    return f"{shown}, line {line}: {told(why)}" if line else f"{shown}: {told(why)}"
+
+
+def told(why: BaseException) -> str:
+    """An error of the user's code in one line, with a hint where symbols were taken for numbers."""
     text = " ".join(str(why).split())
-    says = text if isinstance(why, InputError) else f"{type(why).__name__}: {text}".rstrip(": ")
-    return f"{shown}, line {line}: {says}" if line else f"{shown}: {says}"
+    if isinstance(why, InputError):
+        return text
+    hint = next((hint for says, hint in HINTS if isinstance(why, TypeError) and re.search(says, text)), "")
+    return f"{type(why).__name__}: {text}".rstrip(": ") + hint
+
+
+HINTS = (
+    (
+        "real number, not '?(Input|Parameter|Equation|Implicit|State)|expression to float|loop of ufunc",
+        "; quantities are symbols: wanted sin, exp, … of modelgen.language, not of math or numpy",
+    ),
+    (
+        "truth value of Relational",
+        "; quantities are symbols: wanted Piecewise((a, x > 0), (b, True)), Max or Min of modelgen.language",
+    ),
+)
+"""What Python, sympy and numpy say of a symbol in the place of a number, and what helps."""

@@ -78,6 +78,7 @@ e = Effect("rub", ("mechanical_impedance",), "", "", (Strength("R", "{port}"),),
     [
         ('at["omga"]', "'rub': neither port 'mechanical' of .* a 'omga', did you mean 'omega'"),
         ('p["r"]', "a 'r', did you mean 'R'"),
+        ('__import__("math").sin(p["R"])', "'rub' at .*: TypeError: .*sin, exp, … of modelgen.language"),
         ('p["R"] / int("x")', "'rub' at port 'mechanical' of electrodynamic_transducer: ValueError"),
     ],
 )
@@ -323,6 +324,12 @@ MODELS = {
     SPRING + "import no_such_module\n": "line 7: ModuleNotFoundError",
     SPRING + "coil = 3\n": "'coil' in .* is of type int, not a Model",
     SPRING.replace("from modelgen.language import *", ""): "NameError",
+    SPRING.replace("R + j", "__import__('math').sin(R) + j"): "sin, exp, … of modelgen.language, not of math",
+    SPRING.replace("R + j", "__import__('math').sin(2 * R) + j"): "sin, exp, … of modelgen.language, not",
+    SPRING.replace(
+        "R + j", "__import__('numpy').sin(R) + j"
+    ): "sin, exp, … of modelgen.language, not of math",
+    SPRING.replace("R + j", "(R if f > 3 else 2 * R) + j"): "line 5: .*Piecewise.* of modelgen.language",
 }
 
 

@@ -14,6 +14,7 @@ from modelgen.effects import Effect, Shape, Strength
 from modelgen.effects.effect import TURNS
 from modelgen.errors import InputError, did_you_mean
 from modelgen.language import Model, Port
+from modelgen.userfile import told
 
 
 def check_effects(effects: Sequence[Effect], model: Model, known: set[str]) -> None:
@@ -75,8 +76,8 @@ def _check_laws(effects: Sequence[Effect], model: Model) -> None:
             except InputError as why:
                 raise InputError(f"effect '{e.id}' at port '{port.name}': {why}") from None
             except Exception as error:
-                what = f"{type(error).__name__}: {error}"
-                raise InputError(f"effect '{e.id}' at port '{port.name}' of {model.id}: {what}") from None
+                where = f"effect '{e.id}' at port '{port.name}' of {model.id}"
+                raise InputError(f"{where}: {told(error)}") from None
 
 
 UNITS = ("port", "stiffness", "impedance", "force")
