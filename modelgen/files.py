@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -23,32 +23,52 @@ def write_atomically(
     lasting: False for what can be made again: a machine that loses power may leave it empty.
     Raises InputError when `path` is a folder or its own folder is missing, ToolError when the system refuses.
     """
-    path = destination(Path(path))
-    data = content.encode() if isinstance(content, str) else content
-    if path.is_dir():
-        raise InputError(f"cannot write {path}: it is a folder, a file name is wanted")
-    if not parents and not path.parent.is_dir():
-        raise InputError(f"cannot write {path}: the folder {path.parent} does not exist")
-    part = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.part")
+    write_together({Path(path): content}, parents=parents, lasting=lasting)
+
+
+def write_together(
+    contents: Mapping[Path, str | bytes], *, parents: bool = False, lasting: bool = True
+) -> None:
+    """`write_atomically` for files that belong together: all or, where the disk is full, none."""
+    aside: dict[Path, Path] = {}
+    path = Path()
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if is_special(path):
-            with open(path, "wb") as file:
-                file.write(data)
-            return
-        if path.is_file() and path.read_bytes() == data:
-            return
         try:
-            with open(part, "wb") as file:
-                file.write(data)
-                file.flush()
-                if lasting:
-                    os.fsync(file.fileno())  # a full disk may say so only here
-            os.replace(part, path)
+            for path, content in contents.items():
+                end = _checked(path, parents)
+                data = content.encode() if isinstance(content, str) else content
+                if is_special(end):
+                    end.write_bytes(data)
+                elif not (end.is_file() and end.read_bytes() == data):
+                    part = end.with_name(f".{end.name}.{os.getpid()}.{threading.get_ident()}.part")
+                    aside[end] = part
+                    _fill(part, data, lasting)
+            for path, part in aside.items():
+                os.replace(part, path)
         finally:
-            part.unlink(missing_ok=True)
+            for part in aside.values():
+                part.unlink(missing_ok=True)
     except OSError as why:
         raise ToolError(f"cannot write {path}: {why.strerror or why}") from why
+
+
+def _checked(path: Path, parents: bool) -> Path:
+    """Where what is written to `path` goes, in a folder that is there."""
+    end = destination(path)
+    if end.is_dir():
+        raise InputError(f"cannot write {end}: it is a folder, a file name is wanted")
+    if not parents and not end.parent.is_dir():
+        raise InputError(f"cannot write {end}: the folder {end.parent} does not exist")
+    end.parent.mkdir(parents=True, exist_ok=True)
+    return end
+
+
+def _fill(part: Path, data: bytes, lasting: bool) -> None:
+    with open(part, "wb") as file:
+        file.write(data)
+        file.flush()
+        if lasting:
+            os.fsync(file.fileno())  # a full disk may say so only here
 
 
 def destination(path: Path) -> Path:

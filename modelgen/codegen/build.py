@@ -27,7 +27,7 @@ from modelgen.codegen.real import Work
 from modelgen.codegen.tiers import WORTH, Code, Rise, Tiers, compilers
 from modelgen.codegen.unity import unite
 from modelgen.errors import InputError, ToolError
-from modelgen.files import cache_folder, write_atomically
+from modelgen.files import cache_folder, write_atomically, write_together
 from modelgen.language import Model
 
 ALL = ("values", "jacobian", "sumsq", "normal", "all")
@@ -253,6 +253,5 @@ def generate(model: Model, folder: Path) -> tuple[Path, Path]:
     """
     source = emit(build_program(model, default_wrt(model)), ALL)
     paths = (folder / f"{source.prefix}.h", folder / f"{source.prefix}.c")
-    for path, text in zip(paths, (source.header, source.source), strict=True):
-        write_atomically(path, text, parents=True)
+    write_together(dict(zip(paths, (source.header, source.source), strict=True)), parents=True)
     return paths

@@ -27,7 +27,7 @@ from modelgen.export.routines import make_unit
 from modelgen.export.text import facts_of, render, render_c
 from modelgen.export.unit import Unit
 from modelgen.export.values import default_of, default_range, parse_fixed
-from modelgen.files import write_atomically
+from modelgen.files import write_together
 from modelgen.language import Equation, Input, Model, State
 from modelgen.language.derived import per, values_before
 from modelgen.language.quantities import BACKWARD
@@ -44,12 +44,9 @@ def export_fmu(model: Model, folder: Path, settings: Settings) -> tuple[Path, ..
     """
     alone = stand_alone(model)
     unit = make_unit(alone, parse_fixed(alone, settings.fix), prefix=settings.name)
-    paths = []
-    for version in VERSIONS:
-        path = folder / f"{unit.prefix}_fmi{version}.fmu"
-        write_atomically(path, _zipped(_content(unit, version)), parents=True)
-        paths.append(path)
-    return tuple(paths)
+    made = {folder / f"{unit.prefix}_fmi{v}.fmu": _zipped(_content(unit, v)) for v in VERSIONS}
+    write_together(made, parents=True)
+    return tuple(made)
 
 
 def stand_alone(model: Model) -> Model:
