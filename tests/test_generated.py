@@ -40,6 +40,13 @@ def test_regenerating_changes_no_byte(name: str, tmp_path: Path) -> None:
         assert path.read_bytes() == (ROOT / "generated" / path.name).read_bytes()
 
 
+def test_a_model_and_its_c_are_written_all_or_none(tmp_path: Path) -> None:
+    (tmp_path / "kelvin_voigt.c").mkdir()
+    with pytest.raises(InputError, match=r"kelvin_voigt\.c: it is a folder"):
+        generate(models.kelvin_voigt, tmp_path, {tmp_path / "kelvin_voigt.py": "1"})
+    assert [p.name for p in tmp_path.iterdir()] == ["kelvin_voigt.c"]
+
+
 @needs_gcc
 @pytest.mark.parametrize("name", models.SHIPPED)
 def test_no_warnings(name: str, tmp_path: Path) -> None:

@@ -245,13 +245,14 @@ def _remember(key: str, source: Source, library: Path | None) -> None:
     write_atomically(cache_folder() / f"{key}.json", json.dumps(kept), parents=True, lasting=False)
 
 
-def generate(model: Model, folder: Path) -> tuple[Path, Path]:
+def generate(model: Model, folder: Path, beside: Mapping[Path, str] | None = None) -> tuple[Path, Path]:
     """Write a model's header and source into `folder` and return their paths; unchanged files are not
     touched.
 
-    Raises ToolError when the folder can't be written.
+    beside: texts of files of the same set. Raises ToolError when the folder can't be written, or not all fit.
     """
     source = emit(build_program(model, default_wrt(model)), ALL)
     paths = (folder / f"{source.prefix}.h", folder / f"{source.prefix}.c")
-    write_together(dict(zip(paths, (source.header, source.source), strict=True)), parents=True)
+    texts = dict(zip(paths, (source.header, source.source), strict=True))
+    write_together({**(beside or {}), **texts}, parents=True)
     return paths

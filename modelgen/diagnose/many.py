@@ -13,7 +13,7 @@ from typing import Any
 from modelgen.diagnose.diagnosis import diagnose
 from modelgen.effects import Effect
 from modelgen.errors import InputError
-from modelgen.files import write_atomically
+from modelgen.files import write_together
 from modelgen.fit.farm import packed
 from modelgen.language import Model
 from modelgen.recordings import Case
@@ -41,8 +41,7 @@ def diagnose_cases(
     found: dict[str, Verdict | InputError] = {}
     for name, future in futures.items():
         verdict, files = future.result()
-        for file, text in files.items():
-            write_atomically(out / name / file, text, parents=True)
+        write_together({out / name / file: text for file, text in files.items()}, parents=True)
         found[name] = verdict
     return found
 

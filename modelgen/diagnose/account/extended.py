@@ -30,7 +30,6 @@ def extended(
     if out is None:
         return law, None
     from modelgen.codegen import generate
-    from modelgen.files import write_atomically
     from modelgen.language.write import to_python
 
     path = out / f"{setting.model.id}_extended.py"
@@ -41,8 +40,7 @@ def extended(
     if kept:
         as_before = f"{', '.join(kept)} {'is' if len(kept) == 1 else 'are'} as in {setting.model.id}"
         note += f".\nHow the fitted records began is no default: {as_before}"
-    write_atomically(path, to_python(model, note=note), parents=True)
-    generate(model, out)
+    generate(model, out, {path: to_python(model, note=note)})
     return law, str(path)
 
 
