@@ -208,7 +208,6 @@ def test_what_is_missing_in_time_is_drawn_where_no_curve_is_given() -> None:
 
 
 def test_units_of_inputs_come_from_the_model() -> None:
-
     v = replace(verdicts.missing_backlash(400), curve=None, mismatch=())
     assert "z [mm]" not in page(v)
     text = page(v, model=load("modified_dahl"))
