@@ -103,7 +103,7 @@ def test_models_with_an_effect(base: str, every: int) -> None:
     extended = [e.extend(model, port) for e in CATALOGUE[::every] for port in e.fits(model)]
     made = [(m, default_wrt(m)) for m in extended]
     taped = build_many(made, ("jacobian",))
-    assert len(made) > 10
+    assert len(made) >= 10
     for F, (m, wrt) in zip(taped, made, strict=True):
         source = emit(build_program(m, wrt), ("jacobian",))
         library = _compile([source], QUICK if m.is_time_model else WIDE)
