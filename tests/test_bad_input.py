@@ -254,6 +254,7 @@ OPTIONS = {
     ("fit", "case.toml", "--start", "Bl=1", "--start", "Bl=2"): "'Bl' is given twice",
     ("fit", "case.toml", "--sead", "1"): "--sead",
     ("export", "modified_dahl", "--fix", "b=1", "--fix", "b=2"): "--fix b=2: 'b' is given twice",
+    ("export", "modified_dahl", "--fit", "."): "\\.: a folder, wanted a result",
     ("export", "modified_dahl", "--fit", "none.json"): "none.json: no such file",
     ("export", "modified_dahl", "--fit", "case.toml"): "case.toml: no result of `modelgen fit --json`",
     ("export", "modified_dahl", "--fix", "b=nan"): "--fix b=nan: a finite number is wanted",

@@ -47,7 +47,8 @@ def _filled(model: Model, found: Mapping[str, Any], path: Path) -> Model:
 
 def _read(path: Path) -> dict[str, Any]:
     if not path.is_file():
-        raise InputError(f"{path}: no such file, wanted a result of `modelgen fit --json`")
+        found = "a folder" if path.is_dir() else "no such file"
+        raise InputError(f"{path}: {found}, wanted a result of `modelgen fit --json`")
     try:
         result = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as why:
