@@ -1,7 +1,6 @@
 """Capacitances as they are: dielectrics that lose energy, relax and conduct."""
 
-from typing import Any
-
+from modelgen.effects.eddy import shunted
 from modelgen.effects.effect import Effect, Shape, Strength, Values, add, change, unit_omega
 from modelgen.language import Model, Port, j, powj
 
@@ -66,18 +65,13 @@ leakage_conductance = Effect(
 )
 
 
-def _leaking(Z: Any, at: Port, p: Values) -> Any:
-    R = dict(at.variables).get("R", 0)  # of the leads
-    return R + (Z - R) / (1 + p["G_0"] * (Z - R))
-
-
 leaking_terminals = Effect(
     "leakage_conductance",
     ("terminals",),
     "a resistance lies across the device, behind that of its leads: a dielectric or a surface that conducts",
     leakage_conductance.source,
     (Strength("G_0", "1/{port}", text="conductance across the device"),),
-    change(_leaking),
+    change(shunted),
     needs=("omega",),
     unless=("capacitance",),
     amid=("F",),

@@ -154,8 +154,9 @@ two_turns = Effect(
 )
 
 
-def _shunted(Z: Any, at: Port, p: Values) -> Any:
-    R = dict(at.variables).get("R", 0)  # of the winding, which lies before the shunt
+def shunted(Z: Any, at: Port, p: Values) -> Any:
+    """An impedance with a conductance `G_0` across it, behind the resistance of its leads or its winding."""
+    R = dict(at.variables).get("R", 0)
     return R + (Z - R) / (1 + p["G_0"] * (Z - R))
 
 
@@ -166,7 +167,7 @@ shunted_terminals = Effect(
     "that all of its flux drives",
     "E. C. Snelling, Soft Ferrites (1988), ch. 2: core loss as a parallel resistance",
     (Strength("G_0", "1/{port}", text="conductance across the coil"),),
-    change(_shunted),
+    change(shunted),
     needs=("omega",),
     unless=("capacitance",),  # no coil
     without=("F",),

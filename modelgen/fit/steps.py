@@ -9,6 +9,7 @@ import numpy as np
 from modelgen.fit.experiment import Experiment
 from modelgen.fit.series import Array
 from modelgen.language import Model, State
+from modelgen.language.check import MOST_STEPS
 
 TOLERATED = 0.3
 """Change of the output with twice the steps, in rms over the noise, up to which a recording is simulated well
@@ -16,10 +17,10 @@ enough: it adds a twentieth to what is left."""
 
 
 def finer(model: Model) -> Model:
-    """`model` with twice as many steps between samples."""
+    """`model` with twice as many steps between samples, as far as a model may have so many."""
 
     def twice(s: State) -> State:
-        return replace(s, substeps=2 * s.substeps) if s.rate is not None else s
+        return replace(s, substeps=min(2 * s.substeps, MOST_STEPS)) if s.rate is not None else s
 
     return replace(model, statements=tuple(twice(s) if isinstance(s, State) else s for s in model.statements))
 

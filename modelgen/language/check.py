@@ -102,12 +102,17 @@ def _check_use(model: Model) -> None:
         known.add(s.name)
 
 
+MOST_STEPS = 10_000
+"""Steps between two samples: what needs more is stiff, and would run for hours."""
+
+
 def _check_steps(model: Model) -> None:
     for s in model.states:
         count = s.substeps
-        if isinstance(count, bool) or not hasattr(count, "__index__") or count < 1:
+        if isinstance(count, bool) or not hasattr(count, "__index__") or not 1 <= count <= MOST_STEPS:
             raise InputError(
-                f"model '{model.id}', state '{s.name}': substeps is {count!r}, wanted a whole number from 1"
+                f"model '{model.id}', state '{s.name}': substeps is {count!r}, wanted a whole number from 1 "
+                f"to {MOST_STEPS}"
             )
 
 

@@ -119,16 +119,18 @@ def _of_range(judge: Judge, f: Fit, j: int, local: float) -> float:
     little where a law becomes a simpler one towards an end of the range: there any value will do.
     """
     low, high = f.hypothesis.experiment.layout.parameters[j].bounds
-    log_scale = low > 0
-    to, back = (np.log, np.exp) if log_scale else (np.asarray, np.asarray)
+    to, back = (np.log, np.exp) if low > 0 else (np.asarray, np.asarray)
     nodes = np.linspace(to(low), to(high), NODES)
     best = float(to(f.theta[j]))
+    problem = f.hypothesis.experiment.problem(f.theta, judge.whiteners)
     above = {best: 0.0}
     for side in (nodes[nodes > best], nodes[nodes < best][::-1]):
-        theta = f.theta
+        rest = np.delete(f.theta, j)
         for node in side.tolist():
-            value, theta = _held_at(judge, f, j, float(back(node)), theta)
-            if value - f.chi2 > LOST * judge.temper:
+            with np.errstate(all="ignore"):
+                ends = AGAIN.descents(problem.fixed(j, float(back(node))), rest[None])
+            value, rest = float(ends.value[0]), ends.theta[0]
+            if not value - f.chi2 <= LOST * judge.temper:
                 break
             above[node] = max(value - f.chi2, 0.0)
     if len(above) == 1:
@@ -136,21 +138,6 @@ def _of_range(judge: Judge, f: Fit, j: int, local: float) -> float:
     at = np.array(sorted(above))
     likely = np.exp(-0.5 * np.array([above[x] for x in at.tolist()]) / judge.temper)
     return -2 * float(np.log(np.trapezoid(likely, at) / (nodes[-1] - nodes[0])))
-
-
-def _held_at(judge: Judge, f: Fit, j: int, value: float, theta: Array) -> tuple[float, Array]:
-    """Least χ² with number j of θ at `value`, and where it lies, from `theta`; inf where no descent ends."""
-    e, start = f.hypothesis.experiment, theta.copy()
-    start[j] = value
-    parameters = list(e.layout.parameters)
-    low, high = parameters[j].bounds
-    aside = 1e-9 * (abs(value) or high - low)
-    parameters[j] = replace(parameters[j], bounds=(value - aside, value + aside))
-    held = replace(e, layout=replace(e.layout, parameters=tuple(parameters)))
-    with np.errstate(all="ignore"):
-        ends = AGAIN.descents(held.problem(start, judge.whiteners), start[None])
-    found = float(ends.value[0])
-    return (found, ends.theta[0]) if np.isfinite(found) else (np.inf, theta)
 
 
 def _widths(h: Hypothesis, theta: Array) -> Array:
