@@ -1101,10 +1101,13 @@ def test_a_late_displacement_shows_the_force_early(tau: float, even: bool) -> No
 
 
 @pytest.mark.parametrize("tau", [5e-4, 7e-3])
-def test_behind_a_late_displacement_friction_turns_earlier(tau: float) -> None:
+@pytest.mark.parametrize(("name", "later"), [("tau_d", 1), ("tau_b", -1)])
+def test_friction_turns_earlier_than_a_late_displacement_and_later_than_it_if_the_force_is_late(
+    tau: float, name: str, later: int
+) -> None:
     t, base = np.linspace(0, 4, 1601), {"k_D": 1.0, "c_D": 0.02, "h_D": 0.3, "rho": 4.0, "r_0": 0.2}
-    seen, true = record(t, wobble), record(t, lambda x: wobble(x + tau))
-    shown = force(find("sensor_delay", "displacement", "tau_d"), seen, base, tau_d=tau)
+    seen, true = record(t, wobble), record(t, lambda x: wobble(x + later * tau))
+    shown = force(find("sensor_delay", "displacement", name), seen, base, **{name: tau})
     wanted = force(find("inertia", "force"), true, base, M=0.0)
     effect = np.abs(wanted - force(find("inertia", "force"), seen, base, M=0.0)).max()
     assert np.abs(shown - wanted).max() < 0.02 * effect

@@ -1,4 +1,4 @@
-"""A displacement that is recorded later than the force, over time: the sample is ahead of what is shown."""
+"""Channels that are late, over time: the sample is ahead of the displacement that is shown, or behind it."""
 
 from dataclasses import replace
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 from sympy import And, Ne, Symbol
 
 from modelgen.effects.clearance import inner, moved
-from modelgen.effects.effect import UPON, Strength, Values, unit_of
+from modelgen.effects.effect import FIRST, Apply, Strength, Values, unit_of
 from modelgen.effects.motion import MOTION
 from modelgen.effects.sensor import sensor_delay
 from modelgen.effects.start import at_start
@@ -57,38 +57,46 @@ early_force = replace(
 )
 
 
-def _ahead(model: Model, port: Port, p: Values) -> Model:
-    """The sample moves by z + τ z' + τ² z''/2 of what is recorded, and turns where that does: on a parabola
-    between two samples, or in the same step as the record. At rests noise makes turns of its own, which a
-    hysteresis remembers: there the force as a whole (`_early`) is the better account."""
-    z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
-    a, h, (tau,) = port["a"], port["t"] - port["t_prev"], p.values()
-    unit, speed = unit_of(model, port["z"]), unit_of(model, port["v"])
-    place, rate = z + tau * (v + tau * a / 2), v + tau * a
-    symbols = [Symbol(f"ahead_{n}", real=True) for n in ("z", "v", "turned")]
-    was, slope, turned = (
-        Equation(f"{x.name}_before", x, u, text=f"{text} one sample before")
-        for x, u, text in zip(
-            symbols,
-            (unit, speed, f"({speed})**2"),
-            ("where the sample was", "its speed", "below 0 where it had turned and the record had not"),
-            strict=True,
+def _shifted(later: int) -> Apply:
+    """The sample moves by z + τ z' + τ² z''/2 of what is recorded (later = 1: the displacement is late) or
+    with −τ (−1: the force is), and turns where that does: on a parabola between two samples, or in the same
+    step as the record. At rests noise makes turns of its own, which a hysteresis remembers: there the force
+    as a whole (`_early`, or a filter that is all-pass) is the better account."""
+
+    def apply(model: Model, port: Port, p: Values) -> Model:
+        z, v, z_prev, z_turn = (inner(model, port, k) for k in MOTION)
+        a, h, tau = port["a"], port["t"] - port["t_prev"], later * next(iter(p.values()))
+        unit, speed = unit_of(model, port["z"]), unit_of(model, port["v"])
+        place, rate = z + tau * (v + tau * a / 2), v + tau * a
+        symbols = [Symbol(f"shifted_{n}", real=True) for n in ("z", "v", "alike")]
+        was, slope, alike = (
+            Equation(f"{x.name}_before", x, u, text=f"{text} one sample before")
+            for x, u, text in zip(
+                symbols,
+                (unit, speed, f"({speed})**2"),
+                ("where the sample was", "its speed", "below 0 where it and the record went opposite ways"),
+                strict=True,
+            )
         )
-    )
-    z_0, v_0 = (at_start(model, port[k]) for k in ("z", "v"))
-    rate_0 = v_0 + tau * a
-    states = (
-        State(symbols[0].name, z_0 + tau * (v_0 + tau * a / 2), place, unit=unit, text="where the sample is"),
-        State(symbols[1].name, rate_0, rate, unit=speed, text="its speed"),
-        State(symbols[2].name, v_0 * rate_0, v * rate, unit=turned.unit, text=turned.text),
-    )
-    turns = And(slope.symbol * rate < 0, v * rate < 0, turned.symbol >= 0)
-    still = Parameter("ahead_still", speed, 1e-12, (1e-15, 1.0), "next to no speed", known=True)
-    beyond = slope.symbol * Abs(slope.symbol) * h / (Abs(slope.symbol) + Abs(rate) + still) / 2
-    together = And(Ne(z_turn, z_prev), v * rate >= 0, turned.symbol >= 0)
-    turn = Piecewise((was.symbol + beyond, turns), (z_turn + tau**2 * a / 2, together), (was.symbol, True))
-    motion = {"z": place, "v": rate, "z_prev": was.symbol, "z_turn": turn}
-    return moved(model.with_parameters(still), port, (was, slope, turned, *states), motion)
+        z_0, v_0 = (at_start(model, port[k]) for k in ("z", "v"))
+        rate_0 = v_0 + tau * a
+        start = z_0 + tau * (v_0 + tau * a / 2)
+        states = (
+            State(symbols[0].name, start, place, unit=unit, text="where the sample is"),
+            State(symbols[1].name, rate_0, rate, unit=speed, text="its speed"),
+            State(symbols[2].name, v_0 * rate_0, v * rate, unit=alike.unit, text=alike.text),
+        )
+        # of two turns that belong together the sample's is the first one or the second
+        first, second = (v * rate < 0, alike.symbol >= 0), (v * rate >= 0, alike.symbol < 0)
+        alone = And(slope.symbol * rate < 0, *(first if later > 0 else second))
+        still = Parameter("shifted_still", speed, 1e-12, (1e-15, 1.0), "next to no speed", known=True)
+        beyond = slope.symbol * Abs(slope.symbol) * h / (Abs(slope.symbol) + Abs(rate) + still) / 2
+        together = And(Ne(z_turn, z_prev), v * rate >= 0, alike.symbol >= 0)
+        turn = Piecewise((was.symbol + beyond, alone), (z_turn, together), (was.symbol, True))
+        motion = {"z": place, "v": rate, "z_prev": was.symbol, "z_turn": turn}
+        return moved(model.with_parameters(still), port, (was, slope, alike, *states), motion)
+
+    return apply
 
 
 late_displacement = replace(
@@ -97,9 +105,17 @@ late_displacement = replace(
     source="B. Taylor, Methodus incrementorum (1715); exact of a Butterworth filter of second order, "
     "1 + jωτ + (jωτ)²/2",
     strengths=(Strength("tau_d", "s", text="delay of the displacement"),),
-    apply=_ahead,
+    apply=_shifted(1),
     needs=(*MOTION, "a", "t", "t_prev"),
-    acts=UPON,
+    acts=FIRST,  # others get the motion as it was shifted
 )
 
-EFFECTS = (early_force, late_displacement)
+late_force = replace(
+    late_displacement,
+    says="the force is recorded later than the displacement",
+    strengths=(Strength("tau_b", "s", text="delay of the force"),),
+    apply=_shifted(-1),
+    common=sensor_delay.common,
+)
+
+EFFECTS = (early_force, late_displacement, late_force)
