@@ -1131,6 +1131,10 @@ def test_drifts_start_at_the_first_sample_and_settle() -> None:
     F = force(find("temperature_drift", "spring", "beta_w"), motion, base, beta_w=-0.01, tau_w=1e6)
     whole = force(find("inertia", "force"), motion, base, M=0.0)
     assert np.allclose(F, whole * (1 - 0.01 * (t - 100)), rtol=1e-4, atol=1e-9)
+    law = find("temperature_drift", "force", "beta_a")
+    F = force(law, motion, base, beta_a=-0.01, dc_a=0.02, tau_a=1e6)
+    thinner = 0.02 * (t - 100) * motion["v"]
+    assert np.allclose(F, whole * (1 - 0.01 * (t - 100)) + thinner, rtol=1e-4, atol=1e-9)
     F = force(find("temperature_drift", "force", "dc"), motion, dc=0.02, tau_c=1e6)
     assert np.allclose(F, 0.02 * (t - 100) * motion["v"], rtol=1e-4, atol=1e-9)
 

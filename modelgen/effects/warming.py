@@ -90,6 +90,38 @@ sample_warming = replace(
 )
 
 
+def _all_softer(model: Model, port: Port, p: Values) -> Model:
+    """Rates of spring and friction, and of the dashpot, which feels the same warmth."""
+    beta, dc, tau = p.values()
+    for q in (*partners(model, port, "spring"), *partners(model, port, "friction")):
+        at = replace(port, equation=q.equation)
+        model = settling("own_sample", model, at, tau, lambda x, s: x * (1 + beta * s))
+    return settling("own_sample", model, port, tau, lambda F, s: F + dc * s * port["v"])
+
+
+sample_and_dashpot_warming = replace(
+    dashpot_warming,
+    says=f"{WHOLE} alike, the dashpot by its own measure",
+    source=f"{WARMTH}; {dashpot_warming.source}",
+    strengths=(
+        replace(temperature_drift.strengths[0], name="beta_a", text="relative rate of change at the start"),
+        replace(dashpot_warming.strengths[0], name="dc_a"),
+    ),
+    apply=_all_softer,
+    shapes=(replace(SETTLES, name="tau_a"),),
+    also=("spring", "friction"),
+)
+
+own_sample_warming = replace(
+    sample_and_dashpot_warming,
+    says=f"{sample_and_dashpot_warming.says}, otherwise in each record",
+    strengths=tuple(replace(q, name=f"{q.name}_own") for q in sample_and_dashpot_warming.strengths),
+    shapes=(replace(SETTLES, name="tau_a_own"),),
+    each=True,
+    first=True,
+)
+
+
 def _warmed(model: Model, port: Port, p: Values) -> Model:
     """T' = |z'| − T/τ: warmth of dry friction, which is lost as Newton has it; each step exact for its mean
     speed."""
@@ -161,6 +193,6 @@ viscous_heating = replace(
 )
 
 EFFECTS = (
-    temperature_drift, material_warming, own_warming, sample_warming, dashpot_warming, self_heating,
-    material_heating, viscous_heating,
+    temperature_drift, material_warming, own_warming, sample_warming, dashpot_warming,
+    sample_and_dashpot_warming, own_sample_warming, self_heating, material_heating, viscous_heating,
 )  # fmt: skip

@@ -76,7 +76,7 @@ def fit(
     began = time.perf_counter()
     series = [make_series(model, case, r) for r in case.fit]
     ex = experiment(model, case, series)
-    problem = _started(ex.problem(constrained=constrained), start)
+    problem = _started(ex, start, constrained)
     farm = Farm.of(executor, model, case, constrained) if executor is not None else None
     if isinstance(method, MultiStart):
         method = replace(method, farm=farm)
@@ -171,17 +171,18 @@ def _own(alone: Experiment, own: NDArray[np.bool_], theta: Vector) -> tuple[Esti
     return tuple(replace(e, name=f"{e.name}[{s.name}]") for e in estimates(problem, theta[own], known))
 
 
-def _started(problem: Problem, start: Mapping[str, float] | None) -> Problem:
-    """`problem` with the user's starts. Raises InputError for an unknown name or a value out of bounds."""
-    begin = problem.start.copy()
-    for name, value in (start or {}).items():
-        places = [k for k, n in enumerate(problem.names) if n == name or n.startswith(f"{name}[")]
-        if not places:
-            raise InputError(f"start: '{name}' is not a free parameter{one_of(name, problem.names)}")
+def _started(ex: Experiment, start: Mapping[str, float] | None, constrained: bool) -> Problem:
+    """The problem with the user's starts. Raises InputError for an unknown name or a value out of bounds."""
+    layout, given = ex.layout, dict(start or {})
+    for name, value in given.items():
+        if not any(n == name or n.startswith(f"{name}[") for n in layout.names):
+            raise InputError(f"start: '{name}' is not a free parameter{one_of(name, layout.names)}")
         if not is_finite(value):
             raise InputError(f"start: '{name}' is {value!r}, wanted a finite number")
-        begin[places] = value
-    return replace(problem, start=begin)
+    values = (given.get(n, given.get(n.partition("[")[0])) for n in layout.names)
+    pairs = zip(layout.parameters, values, strict=True)
+    begun = tuple(p if x is None else replace(p, default=float(x)) for p, x in pairs)
+    return replace(ex, layout=replace(layout, parameters=begun)).problem(constrained=constrained)
 
 
 def _thorough(
