@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from modelgen.diagnose.account.disagreement import disagreement_note
 from modelgen.diagnose.account.extended import extended
 from modelgen.diagnose.account.holdout import carries_over, look_at_holdout
 from modelgen.diagnose.account.locate import locate
 from modelgen.diagnose.account.show import port_curve, port_sensitivities, traces
 from modelgen.diagnose.account.trials import trials
 from modelgen.diagnose.account.words import blind_note, bound_note, holdout_note, summary, weighed_note
+from modelgen.diagnose.gate.disagree import disagreeing, disagreement_note
 from modelgen.diagnose.gate.exact import exact, nothing_left
 from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled, reach
 from modelgen.diagnose.gate.leftover import Leftover
@@ -116,8 +116,9 @@ def _decide(
     gate = judge_adequacy(setting, outcome, sensitivities, oddity)
     if outcome.best.ids or gate.unknown:
         setting, outcome, gate = _stands(setting, outcome, gate, sensitivities, oddity)
+    gate = modelled(setting, outcome, gate) if gate.unknown else gate
+    gate = disagreeing(setting, outcome, gate) or gate
     if gate.unknown:
-        gate = modelled(setting, outcome, gate)
         return Decision(setting, outcome, gate, gate.fit or outcome.base)
     outcome, standing, vague = told(setting, outcome, standings(outcome))
     if not vague:

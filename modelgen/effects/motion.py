@@ -60,6 +60,14 @@ def partners(model: Model, port: Port, kind: str) -> list[Port]:
     return [q for q, x in zip(found, away, strict=True) if x == min(away)]
 
 
+def nearest_port(model: Model, parameter: str) -> Port | None:
+    """The port that says least besides what a parameter does; None where no port depends on it."""
+    q = model.parameter(parameter.partition("[")[0])
+    name = q.part[1] if q.part else q.name
+    reached = [(len(found), p) for p in model.ports if name in (found := _reached(model, _at(p)))]
+    return min(reached, key=lambda x: x[0], default=(0, None))[1]
+
+
 def _at(port: Port) -> list[Any]:
     return [Symbol(port.equation), *(x for _, x in port.variables)]
 
