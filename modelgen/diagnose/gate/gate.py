@@ -48,6 +48,8 @@ NAMELESS = 0.15
 """Probability of the likeliest of them below which it is no name."""
 SOME, MUCH = 0.3, 0.95
 """The same, over time and in sweeps, where no description of the whole is better than they are."""
+RATHER = 2.0
+"""Times the evidence for any description of the whole that named effects need in sweeps that explain less."""
 TWICE = 2.0
 """Far from the recordings, terms that describe what named effects leave take their place, if on their own
 they leave less than a half as much, in rms."""
@@ -200,11 +202,16 @@ def _gross(setting: Setting, plain: Sequence[Array], stated: bool, scatter: floa
 
 
 def modelled(setting: Setting, outcome: Outcome, gate: Gate) -> Gate:
-    """The gate with a model of what is unknown, the best that there is; None where nothing describes it."""
+    """The gate with a model of what is unknown, the best that there is; None where nothing describes it, or
+    far from the recordings nothing better than effects that are too unsure for a name."""
     if gate.fit is not None or not gate.leftover.terms:
         return gate
     terms = described(setting, outcome, gate.leftover)
     other = best_unlisted(with_rivals(setting, outcome))
+    if outcome.judge.temper > 1.0 and outcome.best.ids:
+        found = [f for f in (terms, other) if f is not None]
+        if min((f.bic for f in found), default=np.inf) > outcome.best.bic:
+            return gate
     if other is None or outcome.base.bic - other.bic < ALARM or (terms is not None and terms.bic < other.bic):
         return gate if terms is None else _levelled(replace(gate, fit=terms), terms)
     return replace(gate, fit=other, leftover=as_leftover(outcome, other, gate.leftover.gain))
@@ -270,7 +277,7 @@ def _better_named(remains: Remains, explained: float, floor: float) -> bool:
     A channel that levels off looks like a material that softens: it has to be all that there is.
     """
     setting, outcome = remains.setting, remains.outcome
-    least = SOME if setting.model.is_time_model else MUCH
+    least, much = (SOME, SOME) if setting.model.is_time_model else (PART, MUCH)
     if explained <= least or outcome.judge.temper > 1.0 or not outcome.best.hypothesis.added:
         return False
     whole = remains.likeliest(remains.of_base)
@@ -279,7 +286,8 @@ def _better_named(remains: Remains, explained: float, floor: float) -> bool:
         terms = None
     unlisted = best_unlisted(outcome)
     modelled = max((outcome.base.bic - f.bic for f in (terms, unlisted) if f is not None), default=0.0)
-    return gained(setting, outcome, outcome.best) > max(whole.gain, modelled) - CLOSE
+    named, rival = gained(setting, outcome, outcome.best), max(whole.gain, modelled)
+    return named > (rival - CLOSE if explained > much else RATHER * rival)
 
 
 def _gained_by_refused(setting: Setting, outcome: Outcome) -> float:

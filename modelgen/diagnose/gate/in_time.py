@@ -21,7 +21,6 @@ from modelgen.diagnose.hypotheses.evidence import effective
 from modelgen.diagnose.hypotheses.functions import Group
 from modelgen.diagnose.hypotheses.refit import Fit, Judge, enough
 from modelgen.diagnose.hypotheses.setting import COLOUR_TIME
-from modelgen.diagnose.noise.replica import motion_matters
 from modelgen.diagnose.noise.slow import gain_in_slow_noise
 from modelgen.diagnose.search.screen import Tangent
 from modelgen.fit.pool import share
@@ -142,10 +141,7 @@ class Coloured:
     def gain(self, left: Sequence[Array]) -> float:
         """What residuals that are `left` gain on them, each with the likeliest noise of its own."""
         (price_before, old), (price_after, new) = self.noise, noise_of(self.judge, left, COLOUR_TIME)
-        alone = price_before - price_after
-        if motion_matters(self.judge.whiteners):
-            return alone
-        return min(alone, gain_in_slow_noise(old, self.white, new, left))
+        return min(price_before - price_after, gain_in_slow_noise(old, self.white, new, left))
 
 
 def _checked(tried: Sequence[Tried], coloured: Coloured, best: float) -> list[Leftover]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modelgen.diagnose.gate.leftover import Leftover
+from modelgen.diagnose.hypotheses.ranking import standings
 from modelgen.diagnose.hypotheses.setting import Outcome, Setting
 from modelgen.diagnose.noise.smooth_error import part_of_reading
 from modelgen.fit.series import input_noise
@@ -52,7 +53,9 @@ def far_notes(
         return (f"the named effects explain {part} of the misfit; {size}{says}",)
     if outcome.judge.temper == 1.0 or explained < 1 - FULLY:
         return ()
-    names = " and ".join(outcome.best.ids)
+    kinds = ((s.addition.id, *s.equivalents) for s in standings(outcome))
+    listed = ([i for i in ids if not i.startswith("unknown_")] for ids in kinds)
+    names = " and ".join(" or ".join(ids) for ids in listed if ids)
     return (f"the best that the catalogue has, {names}, explains {explained:.0%} of the misfit",)
 
 

@@ -1,10 +1,11 @@
-"""Noise that falls with a power of the frequency down to the slowest wave of a record.
+"""Noise that falls with a power of the frequency, down to the slowest wave of a record or to a knee.
 
 The filter of a colour looks back over few samples, so that waves as slow as the record come out of it many
 times too large, and a zero point that wanders, or a long memory, seems to explain them. Here the whole
-spectrum is that of 1/f^2p noise beside independent noise, and its likelihood that of the cosine transform,
-whose coefficients are independent and don't see where a record ends (P. Whittle, J. R. Stat. Soc. B 15 (1953)
-125).
+spectrum is that of 1/f^2p noise, or of noise of the first order (a zero point that wanders and is drawn back,
+G. E. Uhlenbeck, L. S. Ornstein, Phys. Rev. 36 (1930) 823), beside independent noise, and its likelihood that
+of the cosine transform, whose coefficients are independent and don't see where a record ends (P. Whittle,
+J. R. Stat. Soc. B 15 (1953) 125).
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ from modelgen.fit.whitener import Whitener
 
 POWERS = (0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.8, 1.0)
 """p of noise whose amplitude goes as 1/f^p."""
+MEMORIES = (0.2, 0.08, 0.03, 0.012, 0.005)
+"""Correlation times of noise of the first order, over the length of the record."""
 BESIDE = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3, 0.6)
 """Shares of independent noise in the variance."""
 
@@ -49,6 +52,8 @@ def _shapes(n: int) -> tuple[Array, Array]:
     """(m, n − 1) inverse spectra of slow noise in n samples, and the sums of their logarithms (m,)."""
     waves = 2 * np.sin(_frequencies(n) / 2)
     falling = [waves ** (-2 * p) for p in POWERS]
+    kept = [np.exp(-1 / (m * n)) for m in MEMORIES]
+    falling += [1 / ((1 - rho) ** 2 + rho * waves**2) for rho in kept]
     shapes = np.array([b + (1 - b) * s / np.mean(s) for s in falling for b in BESIDE])
     return 1 / shapes, np.log(shapes).sum(axis=1)
 

@@ -12,7 +12,6 @@ from modelgen.diagnose.hypotheses.setting import ALARM, Setting, nearest
 from modelgen.diagnose.noise.follows import following
 from modelgen.diagnose.noise.noise import FITS, correlation_length
 from modelgen.diagnose.noise.recolour import own_noises
-from modelgen.diagnose.noise.replica import motion_matters
 from modelgen.diagnose.noise.slow import gain_in_slow_noise
 from modelgen.diagnose.noise.smooth_error import smooth_error
 from modelgen.diagnose.search.far import FAR, beyond_scatter
@@ -164,7 +163,7 @@ def own_gain(s: Setting, judge: Judge, old: Fit, new: Fit) -> float:
     """What `new` gains on `old`, each with its own colour of noise, over time also beside slow noise."""
     before, after = own_noises(s, judge, (old, new))
     gain = before.bic - after.bic
-    if not s.model.is_time_model or motion_matters(judge.whiteners):
+    if not s.model.is_time_model:
         return gain
     was, left = plain_white(old), plain_white(new)
     slow = gain_in_slow_noise(before.whiteners, was, after.whiteners, left)
