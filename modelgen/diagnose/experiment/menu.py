@@ -196,8 +196,8 @@ def _thrice(t: Array, x: Mapping[str, Array]) -> tuple[Array, dict[str, Array]]:
 
 
 def _value(x: float, unit: str) -> str:
-    """A number with three digits and its unit, in kHz and MHz where that is shorter."""
-    for prefix, size in (("M", 1e6), ("k", 1e3)):
+    """A number with three digits and its unit, in kHz, MHz or GHz where that is shorter."""
+    for prefix, size in (("G", 1e9), ("M", 1e6), ("k", 1e3)):
         if unit == "Hz" and x >= size:
             return f"{x / size:.3g} {prefix}Hz"
     return f"{x:.3g} {unit}" if unit != "1" else f"{x:.3g}"

@@ -78,12 +78,14 @@ def mean_square(white: Sequence[Array]) -> float:
     """Mean square of residuals that weigh something; 1 where none does."""
     used = np.concatenate([e.ravel() for e in white])
     used = used[used != 0]
-    return float(np.mean(used**2)) if used.size else 1.0
+    with np.errstate(over="ignore"):  # a simulation that has run away
+        return float(np.mean(used**2)) if used.size else 1.0
 
 
 def misfit(fit: Fit) -> float:
     """Sum of squares of residuals over the noise's level, whatever the colour of what is left."""
-    return float(sum(np.sum(e**2) for e in plain_white(fit)))
+    with np.errstate(over="ignore"):
+        return float(sum(np.sum(e**2) for e in plain_white(fit)))
 
 
 @dataclass(frozen=True)

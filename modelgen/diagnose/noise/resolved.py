@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from modelgen.fit.series import Series
+from modelgen.fit.series import Array, Series
 from modelgen.language import Model
 
 FEWEST = 6
@@ -14,6 +14,8 @@ FEWEST = 6
 thousandth of the amplitude and more (the error of a Hermite cubic, h⁴ ω⁴/384)."""
 OFTEN = 0.2
 """Share of the reversals that may follow faster."""
+WIGGLE = 0.02
+"""Share of the stroke that is no swing, but the noise's."""
 SOME = 5
 """Reversals below which a record is a few strokes, not a motion."""
 
@@ -26,7 +28,7 @@ def unresolved(model: Model, series: Sequence[Series]) -> tuple[str, ...]:
         return ()
     notes = []
     for s in series:
-        turns = np.flatnonzero(s.inputs[motion["turning"]] != s.inputs[motion["previous"]])
+        turns = _turns(s.inputs[moved], s.inputs[motion["turning"]], s.inputs[motion["previous"]])
         if len(turns) < SOME:
             continue
         between = np.diff(turns)
@@ -36,3 +38,12 @@ def unresolved(model: Model, series: Sequence[Series]) -> tuple[str, ...]:
                 "guess, and what it misses can look like physics; a recording with more samples a cycle tells"
             )
     return tuple(notes)
+
+
+def _turns(z: Array, turning: Array, before: Array) -> Array:
+    """Where a displacement turns, but for wiggles that go next to no way."""
+    least, kept = WIGGLE * float(np.ptp(z)), list[int]()
+    for k in np.flatnonzero(turning != before):
+        if not kept or abs(turning[k] - turning[kept[-1]]) > least:
+            kept.append(int(k))
+    return np.array(kept, dtype=int)

@@ -12,6 +12,7 @@ from modelgen.diagnose.hypotheses.setting import ALARM, Setting, nearest
 from modelgen.diagnose.noise.follows import following
 from modelgen.diagnose.noise.noise import FITS, correlation_length
 from modelgen.diagnose.noise.recolour import own_noises
+from modelgen.diagnose.noise.replica import motion_matters
 from modelgen.diagnose.noise.slow import gain_in_slow_noise
 from modelgen.diagnose.noise.smooth_error import smooth_error
 from modelgen.diagnose.search.far import FAR, beyond_scatter
@@ -160,10 +161,12 @@ def worse(s: Setting, old: Fit, new: Fit) -> bool:
 
 
 def own_gain(s: Setting, judge: Judge, old: Fit, new: Fit) -> float:
-    """What `new` gains on `old`, each with its own colour of noise, over time also beside slow noise."""
+    """What `new` gains on `old`, each with its own colour of noise, over time also beside slow noise: but for
+    one that is stated, beside errors of the motion."""
     before, after = own_noises(s, judge, (old, new))
     gain = before.bic - after.bic
-    if not s.model.is_time_model:
+    told = all(x.stated for x in s.series) and motion_matters(judge.whiteners)
+    if not s.model.is_time_model or told:
         return gain
     was, left = plain_white(old), plain_white(new)
     slow = gain_in_slow_noise(before.whiteners, was, after.whiteners, left)
