@@ -10,6 +10,7 @@ from scipy import signal
 
 import modelgen as mg
 from modelgen.diagnose import diagnose
+from modelgen.diagnose.noise.between import driving
 from modelgen.models import load
 
 OSCILLATOR = """
@@ -52,6 +53,14 @@ def test_inputs_between_samples_are_no_physics(straight: bool, tmp_path: Path) -
     verdict = diagnose(mg.open_case(tmp_path / "case.toml")[1], model)
     assert verdict.adequate, verdict.summary
     assert any("smoothly" in note for note in verdict.notes) != straight
+
+
+def test_an_input_that_is_held_runs_along_no_lines(tmp_path: Path) -> None:
+    held = OSCILLATOR.replace('"N")\n', '"N")\nu_0 = previous(u)\n', 1).replace("(u - F_s)", "(u_0 - F_s)")
+    (tmp_path / "held.py").write_text(held.replace("(t, u, t_prev)", "(t, u, t_prev, u_0)"))
+    (tmp_path / "lines.py").write_text(OSCILLATOR)
+    assert driving(load(str(tmp_path / "lines.py") + ":oscillator")) == {"u"}
+    assert driving(load(str(tmp_path / "held.py") + ":oscillator")) == set()
 
 
 @pytest.mark.slow

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 from dataclasses import replace
 from io import StringIO
 from pathlib import Path
@@ -16,10 +18,11 @@ from sympy import Symbol
 
 import modelgen as mg
 from modelgen.cli.fitting import print_fit
+from modelgen.codegen.fitters import Descent
 from modelgen.errors import InputError
 from modelgen.fit.fitting import fit
 from modelgen.fit.method import Method
-from modelgen.language import Equation, Input, Model, Parameter, State, sin
+from modelgen.language import Equation, Input, Model, Parameter, State, exp, sin
 from modelgen.recordings import Case, Noise, Recording
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -312,12 +315,42 @@ def test_ctrl_c_keeps_the_best_so_far() -> None:
         assert np.isfinite(result.rms["ohm"]["fit"])
 
 
+@pytest.mark.parametrize("method", [None, mg.GaussNewton()])
+def test_ctrl_c_ends_descents_that_run_in_c(method: Method | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    runs, begun = Descent.run, []
+
+    def interrupted(self: Descent, *arguments: Any) -> int:
+        begun.append(self)
+        if len(begun) == 1:
+            os.kill(os.getpid(), signal.SIGINT)
+        return runs(self, *arguments)
+
+    monkeypatch.setattr(Descent, "run", interrupted)
+    result = fit(mg.models.modified_dahl, rubber(loop("a")), method)
+    assert "interrupted" in result.reason
+    assert np.isfinite(result.rms["N"]["fit"])
+
+
 def test_progress_runs_from_0_to_1() -> None:
     seen: list[float] = []
     fit(
         mg.models.electrodynamic_transducer, impedance(sweep()), progress=lambda done, best: seen.append(done)
     )
     assert seen == sorted(seen) and seen[0] >= 0 and seen[-1] == 1
+
+
+def test_a_start_stands_for_bounds_that_are_missing() -> None:
+    """A parameter with neither default nor bounds, as those of shape that an extended model has."""
+    (t, *_), u = mg.models.modified_dahl.inputs, Input("u", "1")
+    a, b = Parameter("a", "1", 1.0, (0.0, 10.0)), Parameter("b", "1/s")
+    model = Model("decay", (t, u), (a, b), (Equation("F", a * exp(-b * t.symbol) * u, "1"),), ("F",))
+    at = np.linspace(0, 3, 100)
+    case = Case(
+        None, "decay", (Recording("a", None, "fit", {"t": at, "u": 1 + 0 * at}, {"F": 2 * np.exp(-at)}),)
+    )
+    with pytest.raises(InputError, match="a start or finite bounds are wanted"):
+        fit(model, case)
+    assert fit(model, case, start={"b": 0.5})["b"].value == pytest.approx(1.0)
 
 
 def test_a_start_is_taken_and_checked() -> None:

@@ -102,6 +102,22 @@ def test_a_loop_over_the_parts_of_a_step_gives_what_writing_them_out_gives(
         assert np.abs(loop - line).max() <= 1e-12 * np.abs(line).max()
 
 
+def test_what_is_remembered_stands_through_the_parts_of_a_step(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A state of another kind, which moves from sample to sample and depends on a parameter, in the rate."""
+    base, kept = oscillator(5, False), Symbol("kept", real=True)
+    states = [replace(s, rate=s.rate - mu * kept) if s.name == "v" else s for s in base.statements]
+    model = replace(base, statements=(*states, State("kept", 0.0, kept / 2 + mu * Symbol("x", real=True))))
+    slopes = []
+    for most in (4, 5):
+        monkeypatch.setattr(lower, "UNROLLED", most)
+        monkeypatch.setenv("MODELGEN_CACHE", str(tmp_path / str(most)))
+        (F,) = build_many([(model, ("k", "mu"))], ALL)
+        slopes.append(F.jacobian(t=AT, u=DRIVE))
+    assert np.abs(slopes[1] - slopes[0]).max() <= 1e-12 * np.abs(slopes[0]).max()
+
+
 @pytest.mark.parametrize("stiff", [False, True])
 def test_a_thousand_parts_take_no_more_c_than_ten(reference: Any, stiff: bool) -> None:
     few, many = (emit(build_program(oscillator(n, stiff), ("k", "mu"))).source for n in (10, 1000))

@@ -175,6 +175,10 @@ class Descent:
         self.theta[:] = theta
         return int(self.c.mg_lm_run(self.at, ctypes.addressof(recordings), len(recordings), address(history)))
 
+    def stop(self) -> None:
+        """End a run that goes on in another thread, after its iteration, at the best point so far."""
+        self.s.beyond = self.s.max_iter = self.s.until = 0
+
 
 class Flock:
     """A particle swarm in the unit cube, mapped to the box [low, high]: by the logarithm where `wide`."""

@@ -218,12 +218,12 @@ class Stages:
     ) -> tuple[list[str], Work]:
         """The loop that takes the states through all parts of a step, and the work of one part.
 
-        outer: names of the states; raw: where inputs are.
+        outer: names of the states, of which some stay as they are; raw: where inputs are.
         """
-        graph, names = part.graph, tuple(part.results(jacobian))
+        graph = part.graph
         printer = Printer(graph, taken=set(outer.taken))
         need = graph.needed(part.results(jacobian).values())
-        for n in (*self.state_names, *names):
+        for n in (*self.state_names, *(self.sensitivity_names if jacobian else ())):
             printer.names[graph.input(n)] = outer.names[outer.graph.input(n)]
         lines = self.parameters_in(printer, need, free=True)
         for name, text in raw.items():

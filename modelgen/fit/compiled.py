@@ -7,6 +7,7 @@ import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from threading import Event
 from time import thread_time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -28,7 +29,10 @@ WORTH = 200_000  # samples; less work than that is not shared out
 
 
 class Ends(NamedTuple):
-    """Where descents ended: θ (m, p); r·r, status, evaluations, iterations (m,); of one alone its history."""
+    """Where descents ended: θ (m, p); r·r, status, evaluations, iterations (m,); of one alone its history.
+
+    interrupted: whether they were cut short; r·r is infinite of those that had not begun.
+    """
 
     theta: Array
     value: Array
@@ -36,6 +40,7 @@ class Ends(NamedTuple):
     evaluations: Array
     iterations: Array
     history: Array
+    interrupted: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,21 +141,30 @@ class Compiled:
 
     def descend(
         self, begins: Array, box: tuple[Array, Array, Array], settings: tuple[int, float, float],
-        threads: int | None = None, beyond: bool = False,
+        threads: int | None = None, beyond: bool = False, kept: bool = False,
     ) -> Ends:  # fmt: skip
         """Levenberg–Marquardt from each row of `begins` (m, p).
 
-        box: lower, upper, width (p,); settings: max_iter, tol, damping; beyond: see `GaussNewton`.
+        box: lower, upper, width (p,); settings: max_iter, tol, damping; beyond: see `GaussNewton`. kept:
+        Ctrl-C ends the runs, and what they have found so far is returned.
         """
         m, theta = len(begins), np.array(begins, dtype=float)
-        value, counts = np.empty(m), np.zeros((3, m), dtype=int)
-        history = np.zeros(settings[0])
+        value, counts = np.full(m, np.inf), np.zeros((3, m), dtype=int)
+        history, runs, stopped = np.zeros(settings[0]), list[Descent](), Event()
+
+        def stop() -> None:
+            stopped.set()
+            for run in runs:
+                run.stop()
 
         def some(part: slice) -> None:
             begun, (table, keep) = thread_time(), self.tables()
             run = Descent(*box, *settings, beyond)
+            runs.append(run)
             trace = history if m == 1 else np.zeros(settings[0])
             for k in range(part.start, part.stop):
+                if stopped.is_set():
+                    break
                 counts[0, k] = run.run(theta[k], table, trace)
                 theta[k], value[k] = run.theta, run.value
                 counts[1:, k] = run.s.evaluations, run.s.iteration
@@ -158,9 +172,14 @@ class Compiled:
             self._worked(begun)
 
         parts = 4 * (threads or cores()) if m * self.samples * 30 > WORTH else 1
-        share(some, slices(m, parts), threads)
+        try:
+            share(some, slices(m, parts), threads, stop if kept else None)
+        except KeyboardInterrupt:
+            if not kept:
+                raise
         status, evaluations, iterations = counts
-        return Ends(theta, value, status, evaluations, iterations, history[: iterations.max(initial=0)])
+        longest = iterations.max(initial=0)
+        return Ends(theta, value, status, evaluations, iterations, history[:longest], stopped.is_set())
 
     def fixed(self, index: int, value: float) -> Compiled:
         """The same with parameter `index` of θ held at `value`."""

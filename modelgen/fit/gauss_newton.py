@@ -51,16 +51,19 @@ class GaussNewton(Method):
         if problem.constraints:
             return watch.outcome(constrained(problem, watch.normal_equations, start, descend))
         if problem.compiled is not None:
-            ends = self.descents(problem, start[None])
+            ends = self.descents(problem, start[None], kept=True)
             return ended(watch, ends, 0, tuple(ends.history.tolist()))
         return watch.outcome(descend(watch.normal_equations, start)[1])
 
-    def descents(self, problem: Problem, starts: Matrix) -> Ends:
-        """Where the runs from each of `starts` (m, p) end, all in C; `problem` is compiled."""
+    def descents(self, problem: Problem, starts: Matrix, kept: bool = False) -> Ends:
+        """Where the runs from each of `starts` (m, p) end, all in C; `problem` is compiled.
+
+        kept: Ctrl-C ends them, and what they have found is kept.
+        """
         assert problem.compiled is not None
         box = (problem.lower, problem.upper, problem.width)
         settings = self.max_iter, self.tol, self.damping
-        return problem.compiled.descend(starts, box, settings, beyond=self.beyond)
+        return problem.compiled.descend(starts, box, settings, beyond=self.beyond, kept=kept)
 
     def _descend(
         self, problem: Problem, evaluate: Callable[[Vector], Normal], theta: Vector, watch: Watch
@@ -87,6 +90,7 @@ def reason(status: int) -> Reason:
 def ended(watch: Watch, ends: Ends, k: int, history: tuple[float, ...]) -> Outcome:
     """The outcome of descent k in C."""
     counts = int(ends.evaluations[k]), int(ends.iterations[k])
-    outcome = Outcome(ends.theta[k], float(ends.value[k]), *counts, reason(int(ends.status[k])), history)
+    why = Reason.INTERRUPTED if ends.interrupted else reason(int(ends.status[k]))
+    outcome = Outcome(ends.theta[k], float(ends.value[k]), *counts, why, history)
     watch.absorb(outcome)
     return outcome

@@ -74,11 +74,13 @@ class MultiStart(Method):
             return ends
         if isinstance(self.inner, GaussNewton) and problem.compiled is not None and not problem.constraints:
             for some in slices(len(begins), -(-len(begins) // AT_ONCE)):
-                found = self.inner.descents(problem, begins[some])
+                found = self.inner.descents(problem, begins[some], kept=True)
                 values = ((value,) for value in found.value.tolist())
                 ends += [ended(watch, found, k, value) for k, value in enumerate(values)]
                 if watch.progress is not None:
                     watch.progress(len(ends) / len(begins), watch.value)
+                if found.interrupted:
+                    break
             return ends
         for done, begin in enumerate(begins):
             ends.append(self.inner.run(problem, begin, part(watch.progress, done, self.starts), rng))

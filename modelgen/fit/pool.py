@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import cache
 from itertools import pairwise
 from threading import current_thread
@@ -26,13 +26,31 @@ def _pool(threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix=POOL)
 
 
-def share(task: Callable[[Part], Result], parts: Sequence[Part], threads: int | None = None) -> list[Result]:
+def share(
+    task: Callable[[Part], Result],
+    parts: Sequence[Part],
+    threads: int | None = None,
+    stop: Callable[[], None] | None = None,
+) -> list[Result]:
     """`task` of each part, in order, on `threads` cores (all by default), whose number changes no result.
 
-    A task that shares its own work does it alone: the cores are taken.
+    A task that shares its own work does it alone: the cores are taken. stop: makes tasks end soon; Ctrl-C
+    calls it, and is raised when they have.
     """
-    threads = 1 if current_thread().name.startswith(POOL) else min(threads or cores(), len(parts))
-    return [task(p) for p in parts] if threads < 2 else list(_pool(threads).map(task, parts))
+    within = current_thread().name.startswith(POOL)
+    threads = 1 if within else min(threads or cores(), len(parts))
+    if within or (threads < 2 and stop is None):
+        return [task(p) for p in parts]
+    running = [_pool(threads).submit(task, p) for p in parts]
+    try:
+        return [x.result() for x in running]
+    except KeyboardInterrupt:
+        for x in running:
+            x.cancel()
+        if stop is not None:
+            stop()
+            wait(running)
+        raise
 
 
 def slices(count: int, parts: int) -> list[slice]:

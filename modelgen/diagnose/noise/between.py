@@ -24,6 +24,7 @@ from modelgen.fit.experiment import Experiment
 from modelgen.fit.series import Array, input_noise
 from modelgen.language import Model
 from modelgen.language.derived import values_before
+from modelgen.language.meant import expressions
 from modelgen.recordings import Case, Recording
 
 EVEN = 1e-2
@@ -33,7 +34,7 @@ EVEN = 1e-2
 def smoothly_driven(model: Model, case: Case, base: Fit, judge: Judge) -> Case | None:
     """The case with inputs whose straight lines do what smooth ones would, where `base` fits far better by
     them; else None."""
-    names = _driving(model)
+    names = driving(model)
     if not names:
         return None
     smooth = replace(case, recordings=tuple(_lifted(model, r, names) for r in case.recordings))
@@ -55,7 +56,7 @@ def smoothly_moved(model: Model, case: Case, base: Fit, judge: Judge) -> Case | 
     """The case without what straight ways between samples make of a motion that a memory follows, where
     `base` fits far better by it; else None."""
     e = base.hypothesis.experiment
-    if not _following(model) or _driving(model):
+    if not _following(model) or driving(model):
         return None
     more = [_rounder(case, e, base.theta, r)[list(s.rows)] for r, s in zip(case.fit, e.series, strict=True)]
     pairs = list(zip(e.series, more, strict=True))
@@ -110,10 +111,12 @@ def _outputs(e: Experiment, theta: Array, r: Recording, inputs: Mapping[str, Arr
     return ready.values(ready.p[ready.function.free], "real")
 
 
-def _driving(model: Model) -> set[str]:
-    """Recorded inputs that drive states: those, but time and motions, of which the value before is taken."""
+def driving(model: Model) -> set[str]:
+    """Recorded inputs that drive states along straight lines: those, but time and motions, of which the value
+    before is taken, and not that alone: such an input is held."""
     others = {i.derived[1] for i in model.inputs if i.derived and i.derived[0] != "previous"}
-    return _following(model) - others if model.is_time_model else set()
+    used = {x.name for s in model.statements for e in expressions(s) for x in e.free_symbols}
+    return (_following(model) - others) & used if model.is_time_model else set()
 
 
 def _lifted(model: Model, r: Recording, names: set[str]) -> Recording:
