@@ -22,7 +22,7 @@ from modelgen.codegen.fitters import Descent
 from modelgen.errors import InputError
 from modelgen.fit.fitting import fit
 from modelgen.fit.method import Method
-from modelgen.language import Equation, Input, Model, Parameter, State, exp, sin
+from modelgen.language import Equation, Input, Model, Output, Parameter, State, exp, sin
 from modelgen.recordings import Case, Noise, Recording
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -337,6 +337,19 @@ def test_progress_runs_from_0_to_1() -> None:
         mg.models.electrodynamic_transducer, impedance(sweep()), progress=lambda done, best: seen.append(done)
     )
     assert seen == sorted(seen) and seen[0] >= 0 and seen[-1] == 1
+
+
+def test_a_second_complex_output_is_said_not_to_be_compared() -> None:
+    model = mg.models.electrodynamic_transducer
+    both = replace(model, outputs=(*model.outputs, Output("Z_m")))
+    recording = sweep()
+    more = {"Z_m": 1 + 1j * recording.inputs["f"]}
+    kinds = {**recording.kinds, "Z_m": "complex"}
+    case = impedance(replace(recording, outputs={**recording.outputs, **more}, kinds=kinds))
+    assert any(
+        "Z_m is recorded, and not compared" in note for note in fit(both, case, mg.GaussNewton()).notes
+    )
+    assert not any("not compared" in note for note in fit(model, impedance(sweep()), mg.GaussNewton()).notes)
 
 
 def test_a_start_stands_for_bounds_that_are_missing() -> None:

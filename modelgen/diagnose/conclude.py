@@ -26,7 +26,7 @@ from modelgen.diagnose.gate.rather import rather_described
 from modelgen.diagnose.gate.rivals import by_odd_noise
 from modelgen.diagnose.gate.unlisted import is_unlisted, named_rather, with_rivals
 from modelgen.diagnose.gate.vague import likely, of_many, told
-from modelgen.diagnose.hypotheses.averaged import averaged, parameters
+from modelgen.diagnose.hypotheses.averaged import as_one, averaged, parameters
 from modelgen.diagnose.hypotheses.moderate import moderated
 from modelgen.diagnose.hypotheses.open_shapes import fairly_priced
 from modelgen.diagnose.hypotheses.ranking import Standing, as_ranked, close, standings
@@ -96,6 +96,7 @@ def conclude(
             *motion_note(setting, outcome),
             *disagreement_note(setting, outcome, best, gate.scale),
             *bound_note(setting, base), *blind_note(setting, outcome),
+            *(as_one(outcome.judge, best) if standing else ()),
             *held.notes, *weighed_note(setting, outcome, held), *holdout_note(held, doubted),
         ),
         noise=gate.noise,

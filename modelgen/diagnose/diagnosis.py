@@ -38,7 +38,7 @@ from modelgen.effects import Effect
 from modelgen.effects.kinds import unknown_kinds
 from modelgen.fit.given import check_effects_given, check_given, check_held, check_seed
 from modelgen.fit.pieces import in_pieces
-from modelgen.fit.series import Series
+from modelgen.fit.series import Series, unfitted
 from modelgen.fit.steps import TOLERATED, finer, step_errors
 from modelgen.language import Model
 from modelgen.recordings import Case
@@ -98,7 +98,7 @@ def _diagnosed(
     out: Path | None,
     seed: int,
 ) -> Verdict:
-    begun, read = time.perf_counter(), case.warnings
+    begun, read = time.perf_counter(), (*case.warnings, *unfitted(model, case))
     if progress:
         progress(0.02, "reading")
     case, glitches = bridged(model, case)

@@ -26,7 +26,7 @@ from modelgen.fit.recipe import Recipe
 from modelgen.fit.remarks import Part, arrived, carried, misfit, of_holdout, warnings
 from modelgen.fit.result import Estimate, FitResult, OutputFit, RecordingFit, estimates
 from modelgen.fit.separating import confusions
-from modelgen.fit.series import Array, Series, make_series
+from modelgen.fit.series import Array, Series, make_series, unfitted
 from modelgen.fit.staged import fit_recipe
 from modelgen.fit.steps import coarse, runs_away
 from modelgen.fit.swarms import scattered, swarmed
@@ -114,6 +114,7 @@ def _result(
     found = estimates(problem, theta, known)
     over = {role: _rms([w for s, _, w in parts if s.role == role]) for role in ("fit", "holdout")}
     amiss = (
+        *unfitted(model, case),
         *warnings(case, outcome, found, parts, over["fit"], problem.segments is not None),
         *broken_in(model, [(s.name, values_at(ex, theta, k)) for k, s in enumerate(ex.series)], constrained),
         *map(str, confusions(ex, theta, known)),

@@ -150,6 +150,19 @@ def _measured(model: Model, recording: Recording) -> list[str]:
     return found
 
 
+def unfitted(model: Model, case: Case) -> tuple[str, ...]:
+    """A note on outputs that are recorded and that no fit compares: beside a complex one it is alone."""
+    compared = _measured(model, case.fit[0]) if case.fit else []
+    spare = [o.name for o in model.outputs if any(o.name in r.outputs for r in case.fit)]
+    spare = [n for n in spare if n not in compared]
+    if not spare or not compared:
+        return ()
+    return (
+        f"{' and '.join(spare)} {'is' if len(spare) == 1 else 'are'} recorded, and not compared: "
+        f"of a model with complex outputs the first is fitted alone, {compared[0]}",
+    )
+
+
 def _channels(model: Model, recording: Recording, found: Sequence[str]) -> tuple[Array, tuple[int, ...]]:
     """Data (channels, n) of the outputs `found`, real, and which of the model's real outputs they are.
 

@@ -15,6 +15,7 @@ from modelgen.diagnose.hypotheses.ranking import weights
 from modelgen.diagnose.hypotheses.refit import Fit, Judge
 from modelgen.diagnose.hypotheses.setting import Outcome
 from modelgen.fit.result import Estimate, estimates
+from modelgen.fit.separating import confusions
 from modelgen.fit.uncertainty import assess
 
 RIVALS = 8
@@ -30,6 +31,12 @@ def parameters(judge: Judge, fit: Fit) -> tuple[Estimate, ...]:
     known = assess(problem, fit.theta)
     found = estimates(problem, fit.theta, known)
     return tuple(replace(x, std=x.std * max(scale, 1.0)) for x in found)
+
+
+def as_one(judge: Judge, fit: Fit) -> tuple[str, ...]:
+    """Notes on parameters that are as one in the recordings: each by itself is hardly known."""
+    e = fit.hypothesis.experiment
+    return tuple(map(str, confusions(e, fit.theta, assess(e.problem(fit.theta, judge.whiteners), fit.theta))))
 
 
 def averaged(outcome: Outcome, best: Fit) -> tuple[Estimate, ...]:
