@@ -19,9 +19,9 @@ from .drive import Motion
 from .secret import Secret
 
 Entry = dict[str, Any]
-PREFIX = {"": 1.0, "k": 1e3, "M": 1e6}
+PREFIX = {"": 1.0, "k": 1e3, "M": 1e6, "G": 1e9}
 NUMBER = r"([-+0-9.eE]+)"
-FREQUENCY = rf"{NUMBER} ([kM]?)Hz"
+FREQUENCY = rf"{NUMBER} ([kMG]?)Hz"
 BAND = rf"from {FREQUENCY} to {FREQUENCY}"
 AVERAGED = r",? averaged (\d+) times$"
 

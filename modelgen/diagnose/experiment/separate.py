@@ -91,11 +91,24 @@ def separate(
         others = [r for r in rivals if not set(r.ids) <= known] or rivals
         ours = " or ".join(dict.fromkeys(" + ".join(_own(f, fits)) for f in (best, *alike)))
         ours, theirs = f"{ours} (one and the same so far)", _names(best, others)[1]
-    told = f"{found.plan.says} would separate {ours} from {theirs} by {least}{figure}"
+    told = f"{_said(setting, found.plan)} would separate {ours} from {theirs} by {least}{figure}"
     if all(any(f is t for t in found.tells) for f in fits):
         return told
     there = " or ".join(dict.fromkeys(" + ".join(_own(f, fits)) for f in found.tells))
     return f"{told}, if {there} is what is there"
+
+
+def _said(setting: Setting, plan: Plan) -> str:
+    """A plan in words, of several recordings with the name of the one that it is made in the manner of."""
+    if len(setting.series) < 2:
+        return plan.says
+    name = setting.series[_longest(setting)].name
+    return plan.says.replace("the same motion", f"the same motion as in {name}", 1)
+
+
+def _longest(setting: Setting) -> int:
+    """The recording with most samples."""
+    return int(np.argmax([s.n for s in setting.series]))
 
 
 def _own(fit: Fit, fits: Sequence[Fit]) -> list[str]:
@@ -122,7 +135,7 @@ def propose(
 ) -> Proposal | None:
     """The plan of the greatest worth that leaves one hypothesis alone; or where some are one law under
     several names, so that hardly any would, that leaves these and nothing else."""
-    k = int(np.argmax([s.n for s in setting.series]))
+    k = _longest(setting)
     scale = max(1.0, best.chi2 / effective(best.white))
     fits = (best, *rivals)
     group = Rivals(setting, judge, fits, tuple(near), k, scale)
