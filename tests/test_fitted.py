@@ -34,6 +34,24 @@ def test_fitted_values_are_defaults(tmp_path: Path) -> None:
     assert same is other
 
 
+def test_what_the_fit_has_not_determined_keeps_its_default(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    parameters = {
+        "k_D": {"value": 0.37, "determined": True},
+        "rho": {"value": 77.0, "determined": False},
+        "F_0[a]": {"value": 1.0, "determined": True},
+        "F_0[b]": {"value": 55.0, "determined": False},
+    }
+    (tmp_path / "fit.json").write_text(json.dumps({**FIT, "parameters": parameters}))
+    before = load("modified_dahl")
+    (after,) = fitted([before], tmp_path / "fit.json")
+    assert after.parameter("k_D").default == 0.37
+    assert after.parameter("F_0").default == 1.0
+    assert after.parameter("rho").default == before.parameter("rho").default
+    assert capsys.readouterr().err.endswith("left at the model's own default: rho\n")
+
+
 @pytest.mark.parametrize(
     ("change", "says"),
     [

@@ -10,6 +10,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from modelgen.cli.console import note
 from modelgen.errors import InputError, did_you_mean
 from modelgen.language import Model
 from modelgen.language.defaults import with_defaults
@@ -20,8 +21,9 @@ SCHEMA = "modelgen.fit/1"
 def fitted(models: Sequence[Model], path: Path) -> list[Model]:
     """`models`, the one that the result of `modelgen fit --json` is of with its values as defaults.
 
-    Of what each recording has its own value of, it has the median. Raises InputError where the file is no
-    such result, or of none of these models, or names what the model has not.
+    Of what each recording has its own value of, it has the median. What the fit has not determined keeps the
+    model's own default, and a note says so. Raises InputError where the file is no such result, or of none of
+    these models, or names what the model has not.
     """
     result = _read(path)
     ids = [m.id for m in models]
@@ -36,12 +38,15 @@ def _filled(model: Model, found: Mapping[str, Any], path: Path) -> Model:
         value = x.get("value") if isinstance(x, dict) else None
         if not isinstance(value, int | float) or not isfinite(value):
             raise InputError(f"{path}: {name}: a finite value wanted, found {value!r}")
-        own.setdefault(name.partition("[")[0], []).append(float(value))
+        told = [float(value)] if x.get("determined", True) else []
+        own.setdefault(name.partition("[")[0], []).extend(told)
     known = [p.name for p in model.scalar_parameters]
     for name in own:
         if name not in known:
             raise InputError(f"{path}: '{model.id}' has no parameter '{name}'{did_you_mean(name, known)}")
-    values = {name: median(x) for name, x in own.items()}
+    values = {name: median(x) for name, x in own.items() if x}
+    if open_ := [name for name in own if name not in values]:
+        note([f"{path}: not determined by the fit, left at the model's own default: {', '.join(open_)}"])
     return replace(with_defaults(model, values), builder=None, options=())
 
 
