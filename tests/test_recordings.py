@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -159,6 +160,23 @@ def test_complex_outputs(tmp_path: Path, table: str, kind: str, wanted: list[com
     assert r.kinds == {"Z": kind}
     assert r.outputs["Z"].dtype == (np.complex128 if kind == "complex" else np.float64)
     np.testing.assert_allclose(r.outputs["Z"], wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("table", "kinds"),
+    [
+        ("f [Hz],|V| [V],phase [deg]\n1,2,30\n2,3,40\n", {"V": "complex"}),
+        ("f [Hz],|Z| [ohm],phase [deg],|V| [V]\n1,2,30,1\n2,3,40,2\n", {"Z": "complex", "V": "modulus"}),
+        ("f [Hz],phase [deg],|V| [V]\n1,30,1\n2,40,2\n", {"V": "complex"}),
+        ("f [Hz],|V| [V],|Z| [ohm],phase [deg]\n1,1,2,30\n2,2,3,40\n", {"Z": "complex", "V": "modulus"}),
+        ("f [Hz],phase [deg]\n1,30\n2,40\n", {"Z": "phase"}),
+    ],
+)
+def test_a_phase_of_nothing_named_is_that_of_the_modulus_beside_it(
+    tmp_path: Path, table: str, kinds: dict[str, str]
+) -> None:
+    both = replace(COIL, outputs=(*COIL.outputs, Channel("V", "V", complex=True)))
+    assert record(tmp_path, table, both).kinds == kinds
 
 
 def test_several_real_outputs_any_of_which_may_be_missing(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,7 +108,7 @@ def _parts(signature: Signature) -> dict[str, Part]:
         if not channel.complex:
             parts |= {name: Part(channel.name, "value", channel.unit) for name in channel.names}
     complex_ones = [c for c in signature.outputs if c.complex]
-    for channel in complex_ones:  # a bare "phase" is that of what is measured, the first
+    for channel in complex_ones:  # a bare "phase" beside no modulus is that of what is measured, the first
         parts |= dict(_complex_parts(channel, bare_phase=channel is complex_ones[0]))
     return parts
 
@@ -140,6 +140,15 @@ def _in_other_words(table: Table, signature: Signature, parts: Mapping[str, Part
     return found
 
 
+def _part(table: Table, column: Column, parts: Mapping[str, Part]) -> Part | None:
+    """What a column holds; a bare "phase" is that of the modulus before it, or else behind it."""
+    part = parts.get(column.name)
+    if part is None or (column.name, part.what) != ("phase", "phase"):
+        return part
+    beside = (parts.get(c.name) for c in table.columns if abs(c.index - column.index) == 1)
+    return next((replace(part, channel=p.channel) for p in beside if p and p.what == "modulus"), part)
+
+
 def _pick(table: Table, signature: Signature) -> tuple[dict[Part, Column], list[str]]:
     """The column of each part that the table has, and what to warn of."""
     parts = _parts(signature)
@@ -147,7 +156,7 @@ def _pick(table: Table, signature: Signature) -> tuple[dict[Part, Column], list[
     picked: dict[Part, Column] = {}
     others: list[Column] = []
     for column in table.columns:
-        part = parts.get(column.name)
+        part = _part(table, column, parts)
         if part is None:
             others.append(column)
         elif part in picked:
