@@ -49,6 +49,10 @@ SPRING = Model("spring", (t, z), (k,), (F,), ("F",), (PORT,))
             lambda: Model("s", (z, t), (T,), (State("x", 0, rate=(z - Symbol("x")) / T, unit="mm"),), ("x",)),
             "first input is 'z', wanted 't', along which 'x' is formed",
         ),
+        (
+            lambda: Model("s", (z, t), (k,), (F,), ("F",)),
+            "'s': its first input is 'z', wanted 't', which orders samples",
+        ),
         (lambda: mg.build(SPRING, wrt="k"), "wrt is the text 'k'"),
         (lambda: mg.build(SPRING)(t=[0, 1], z=[0, 1], k=1j), "'k' .* is 1j, wanted a number"),
         (lambda: State("x"), "state 'x' has neither update nor rate, wanted one of them"),
@@ -104,6 +108,12 @@ def test_a_complex_output_over_time() -> None:
     model = Model("s", (t, z), (k,), (Equation("F", k * z * (1 + j), "N"),), ("F",))
     with pytest.raises(InputError, match="'F' is complex, and runs over time"):
         signature_of(model)
+
+
+def test_a_sweep_that_knows_when_it_was_taken() -> None:
+    """Frequencies order it, whatever its time."""
+    f = Input("f", "Hz")
+    assert Model("s", (f, t), (k, T), (Equation("K", k * t / (t + T), "N/mm"),), ("K",)).axis == "f"
 
 
 def test_a_phase_in_degrees_that_is_said_to_be_in_radian(tmp_path: Path) -> None:

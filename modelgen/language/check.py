@@ -27,8 +27,9 @@ def check_model(model: Model) -> None:
             _check_units(model)
             check_derived(model)
         except InputError:
-            _check_axis(model)  # rates are by the first input: by another no unit of theirs is right
+            _check_axis(model, fits=False)  # rates are by the first input: by another none has the right unit
             raise
+        _check_axis(model, fits=True)
 
 
 def _check_names(model: Model) -> None:
@@ -116,16 +117,19 @@ def _check_steps(model: Model) -> None:
             )
 
 
-def _check_axis(model: Model) -> None:
-    """Time stands first among the inputs of a model with rates, if it is one of them."""
+def _check_axis(model: Model, fits: bool) -> None:
+    """Time stands first among the inputs, if it is one of them: where rates by another are not in
+    their units; and without rates where it is called t, but in sweeps over frequency."""
     rates = [s.name for s in model.states if s.rate is not None]
     rates += [i.name for i in model.inputs if i.derived and i.derived[0] in PER_TIME]
     times = [i.name for i in model.inputs if i.derived is None and converts(i.unit, "s")]
-    if rates and times and model.axis not in times:
-        raise InputError(
-            f"model '{model.id}': its first input is '{model.axis}', wanted '{times[0]}', along which "
-            f"'{rates[0]}' is formed"
-        )
+    if not times or model.axis in times:
+        return
+    says = f"model '{model.id}': its first input is '{model.axis}', wanted"
+    if rates and not fits:
+        raise InputError(f"{says} '{times[0]}', along which '{rates[0]}' is formed")
+    if not rates and "t" in times and not converts(model.inputs[0].unit, "Hz"):
+        raise InputError(f"{says} 't', which orders samples")
 
 
 def _hint(model: Model, name: str, known: set[str]) -> str:
