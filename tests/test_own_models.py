@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,8 @@ from sympy import Symbol
 
 from modelgen.api import open_case
 from modelgen.cli import main
+from modelgen.effects import CATALOGUE
+from modelgen.effects.kinds import unknown_kinds
 from modelgen.errors import InputError
 from modelgen.fit.series import signature_of
 from modelgen.language import (
@@ -26,6 +29,7 @@ from modelgen.language import (
     exp,
     j,
 )
+from modelgen.models import SHIPPED, load
 
 
 def leaking(real: bool | None) -> Model:
@@ -104,6 +108,16 @@ def test_a_misspelt_kind_of_port_is_told_by_every_command(
         out, err = capsys.readouterr()
         said = " ".join((out if arguments[0] == "fit" else err).split())
         assert (told + near in said) if near else ("no effect knows" not in said), arguments
+
+
+def test_a_kind_of_port_that_no_effect_of_a_diagnosis_knows() -> None:
+    """Where the user's effects are there to be seen, a kind that is near to none is unknown, too."""
+    model = replace(load("kelvin_voigt"), ports=(Port("mount", "nokind", "F"),))
+    (note,) = unknown_kinds(model, ())
+    assert note.startswith("port 'mount': no effect knows the kind 'nokind'; known are capacitance, ")
+    (own, *_) = CATALOGUE
+    assert unknown_kinds(model, (replace(own, kinds=("nokind",)),)) == ()
+    assert not any(unknown_kinds(load(id), ()) for id in SHIPPED)
 
 
 def test_bounds_in_another_unit_than_the_model_s_are_refused(lag: Path) -> None:
