@@ -34,6 +34,8 @@ SPRING = Model("spring", (t, z), (k,), (F,), ("F",), (PORT,))
         (lambda: Parameter("k", "N/mm", "ten"), "'k': default: found 'ten'"),  # type: ignore[arg-type]
         (lambda: Parameter("k", "N/mm", 1.0, (0.1,)), r"bounds are \(0.1,\)"),  # type: ignore[arg-type]
         (lambda: Parameter("k", "N/mm", 1.0, (0, "1")), "'k': bounds: found '1'"),  # type: ignore[arg-type]
+        (lambda: Parameter("k", known="no"), "'k': known: found 'no', wanted True or False"),  # type: ignore[arg-type]
+        (lambda: State("x", rate=z, stiff="no"), "'x': stiff: found 'no', wanted True"),  # type: ignore[arg-type]
         (lambda: Model("s", (t, z), (k,), (F,), ("F",), PORT), "ports is of type Port"),  # type: ignore[arg-type]
         (lambda: Model("s", (t, z), k, (F,), ("F",)), "parameters is of type Parameter"),  # type: ignore[arg-type]
         (lambda: Port("mount", "force", "F", ("z", z)), "'mount': variables are no pairs of name and"),

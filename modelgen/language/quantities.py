@@ -87,11 +87,17 @@ class Parameter(Symbolic):
         if not pair[0] < pair[1]:
             what = "are reversed" if pair[0] > pair[1] else "hold no range"
             raise InputError(f"bounds of parameter '{self.name}' {what}: [{pair[0]:g}, {pair[1]:g}]")
+        _yes_or_no(f"parameter '{self.name}': known", self.known)
 
 
 def _number(p: Parameter, what: str, value: object, wanted: str) -> None:
     if isinstance(value, str | bytes | bool | complex | list | tuple) or not hasattr(value, "__float__"):
         raise InputError(f"parameter '{p.name}': {what}: found {value!r}, wanted {wanted}")
+
+
+def _yes_or_no(what: str, value: object) -> None:
+    if not isinstance(value, bool):  # any text is true, "no" as well
+        raise InputError(f"{what}: found {value!r}, wanted True or False")
 
 
 @dataclass(frozen=True)
@@ -266,6 +272,7 @@ class State(Symbolic):
         if (self.update is None) == (self.rate is None):
             found = "neither update nor rate" if self.rate is None else "both update and rate"
             raise InputError(f"state '{self.name}' has {found}, wanted one of them")
+        _yes_or_no(f"state '{self.name}': stiff", self.stiff)
 
 
 Statement = Equation | Implicit | State
