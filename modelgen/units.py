@@ -104,7 +104,8 @@ def unit_text(unit: str) -> str:
     """A unit as it is printed: "N*s/mm**2" → "N·s/mm²"; a pure number has none."""
     if unit.strip() in PURE:
         return ""
-    raised = re.sub(r"(?:\*\*|\^)\(?(-?\d+(?:\.\d+)?)\)?", lambda m: m[1].translate(LIFTED), unit)
+    # a bracket ends a power where it began it: in "1/(s*V**0.5)" it does not
+    raised = re.sub(r"(?:\*\*|\^)(\()?(-?\d+(?:\.\d+)?)(?(1)\))", lambda m: m[2].translate(LIFTED), unit)
     return re.sub(r"[A-Za-z]+", lambda m: NAMED.get(m[0], m[0]), raised).replace("*", "·")
 
 

@@ -354,6 +354,8 @@ def test_words_of_numbers_and_units() -> None:
     assert [words.short(x) for x in (20000.0, 0.25, 1.5e-7)] == ["20000", "0.25", "1.5·10⁻⁷"]
     assert [words.percent(p) for p in (1.0, 0.5, 0.0)] == ["> 99 %", "50 %", "< 1 %"]
     assert [words.unit_text(u) for u in ("N*s/mm**2", "1", "ohm")] == ["N·s/mm²", "", "Ω"]
+    assert words.unit_text("mm**3/(s*V*MPa**0.5)") == "mm³/(s·V·MPa⁰·⁵)"
+    assert words.unit_text("(N*m**(-1))") == "(N·m⁻¹)"
     assert [plain(v) for v in (0.05, 20, 5e3, -1e-6, 2e7)] == ["0.05", "20", "5k", "−10⁻⁶", "2·10⁷"]
 
 
