@@ -55,6 +55,10 @@ SPRING = Model("spring", (t, z), (k,), (F,), ("F",), (PORT,))
             lambda: Model("s", (z, t), (k,), (F,), ("F",)),
             "'s': its first input is 'z', wanted 't', which orders samples",
         ),
+        (
+            lambda: Model("s", (t, z), (k,), (Equation("F", k * z / (z - z), "N"),), ("F",)),
+            "model 's', equation 'F': it divides by zero",
+        ),
         (lambda: mg.build(SPRING, wrt="k"), "wrt is the text 'k'"),
         (lambda: mg.build(SPRING)(t=[0, 1], z=[0, 1], k=1j), "'k' .* is 1j, wanted a number"),
         (lambda: State("x"), "state 'x' has neither update nor rate, wanted one of them"),

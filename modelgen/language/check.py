@@ -9,7 +9,7 @@ import sympy as sp
 
 from modelgen.errors import InputError, did_you_mean
 from modelgen.language.derived import PER_TIME, check_derived
-from modelgen.language.meant import expressions, symbols
+from modelgen.language.meant import expressions, symbols, undefined
 from modelgen.language.quantities import Equation, Implicit, State
 from modelgen.units import converts
 
@@ -94,6 +94,8 @@ def _check_use(model: Model) -> None:
                 )
         own = {s.name} if isinstance(s, Implicit) else set()
         for e in expressions(s):
+            if undefined(e):
+                raise InputError(f"model '{model.id}', equation '{s.name}': it divides by zero")
             for name in sorted(_names(e) - known - own):
                 later = " (it stands further down)" if name in {x.name for x in model.statements} else ""
                 raise InputError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -63,10 +64,19 @@ def _swaps(expr: Any, known: Table) -> Table:
 
 @lru_cache(maxsize=4096)
 def symbols(expr: Any) -> frozenset[sp.Symbol]:
-    """What an expression uses; models that share equations ask for it again and again.
+    """What an expression uses; models that share equations ask for it again and again."""
+    return frozenset(part for part in _parts(expr) if isinstance(part, sp.Symbol))
 
-    A part that stands in many places is looked at once: written out, the start of a state may be vast.
-    """
+
+@lru_cache(maxsize=4096)
+def undefined(expr: Any) -> bool:
+    """Whether an expression holds a quotient by zero, which is no number."""
+    return any(part is sp.zoo for part in _parts(expr))
+
+
+def _parts(expr: Any) -> Collection[Any]:
+    """All that an expression is made of. A part that stands in many places is looked at once: written out,
+    the start of a state may be vast."""
     seen: dict[int, Any] = {}
     ahead = [expr]
     while ahead:
@@ -74,4 +84,4 @@ def symbols(expr: Any) -> frozenset[sp.Symbol]:
         if id(part) not in seen:
             seen[id(part)] = part
             ahead.extend(part.args)
-    return frozenset(part for part in seen.values() if isinstance(part, sp.Symbol))
+    return seen.values()
