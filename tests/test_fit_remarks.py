@@ -54,6 +54,13 @@ def test_of_independent_noise_nothing_is_said() -> None:
     assert fitted(record(noise=white()), record("b", 2.0, white(1))).warnings == ()
 
 
+def test_noise_that_is_stated_far_too_large() -> None:
+    told = [n for n in fitted(record(noise=white()), sigma=100 * SIGMA).notes if "far too large" in n]
+    assert len(told) == 1 and re.match(r"the residual is 0\.0\d+ times the stated noise", told[0])
+    for sigma in (2 * SIGMA, None):
+        assert not any("far too large" in n for n in fitted(record(noise=white()), sigma=sigma).notes)
+
+
 def test_a_few_gross_samples_are_told_as_such() -> None:
     e = white()
     e[::250] += 0.3

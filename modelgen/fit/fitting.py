@@ -122,7 +122,7 @@ def _result(
         *carried(over),
         *_kinds(model),
     )
-    size = misfit(parts, over["fit"], all(s.stated for s in ex.series))
+    size = misfit(parts, over["fit"], all(s.stated for s in ex.series), known.rank)
     return FitResult(
         model=model.id, parameters=found, correlation=known.correlation, rank=known.rank,
         undetermined=known.undetermined, rms=_by_unit(model, parts), rms_over_noise=over,

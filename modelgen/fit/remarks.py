@@ -16,6 +16,7 @@ Part = tuple[Series, Array, Array]
 
 MISFIT = 1.5  # rms over noise above which a note says that the model leaves something out
 LITTLE = 2.0  # and up to which it may be that the stated noise is too small
+FAR_BELOW = 0.1  # rms over noise, by degrees of freedom, below which the stated noise is far too large
 TELLING = (
     100  # neighbours by whose correlation noise is told from what the model misses, where that is little
 )
@@ -79,9 +80,16 @@ def _of_noise(parts: Sequence[Part], over: float) -> list[str]:
     ]
 
 
-def misfit(parts: Sequence[Part], over: float, stated: bool) -> list[str]:
-    """How large the residual is, where that is too large and neither units nor outliers tell why."""
+def misfit(parts: Sequence[Part], over: float, stated: bool, rank: int) -> list[str]:
+    """How large the residual is, where that is too large and neither units nor outliers tell why, or far too
+    small for the noise that is stated. rank: of combinations of parameters that were fitted."""
     fitted = [white for s, _, white in parts if s.role == "fit"]
+    share = 1 - rank / sum(white.size for white in fitted)
+    if stated and over**2 < FAR_BELOW**2 * share:
+        return [
+            f"the residual is {over:.3g} times the stated noise: what is stated is far too large, and with "
+            "it are standard deviations"
+        ]
     if not over > MISFIT or other_unit(parts) or (outliers(fitted) and not _beside_outliers(fitted) > MISFIT):
         return []
     if stated and over <= LITTLE and (instead := _rather_noise(fitted, over)):
