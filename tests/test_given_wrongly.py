@@ -129,6 +129,11 @@ def test_a_phase_in_degrees_that_is_said_to_be_in_radian(tmp_path: Path) -> None
     head = "f [Hz],|Z| [ohm],phase [rad]"
     (warning,) = case_of(tmp_path, "electrodynamic_transducer", head, rows)[1].warnings
     assert "as a phase in degrees" in warning
+    rows[:, 2] = np.linspace(-10, -80, 60)
+    (warning,) = case_of(tmp_path, "electrodynamic_transducer", head, rows)[1].warnings
+    assert warning.endswith("'phase [rad]': phases up to 80 rad: degrees?")
+    rows[:, 2] = np.linspace(0, -7, 60)
+    assert not case_of(tmp_path, "electrodynamic_transducer", head, rows)[1].warnings
     head = "f [Hz],|Z| [ohm],phase [deg]"
     assert not case_of(tmp_path, "electrodynamic_transducer", head, rows)[1].warnings
 

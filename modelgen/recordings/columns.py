@@ -49,7 +49,8 @@ def read_channels(table: Table, signature: Signature) -> Channels:
         a, b = scales[part]
         values[part] = numbers * a + b if b else numbers * a
         _check_range(table, column, part, values[part], numbers, part.channel == signature.axis)
-        notes += _rather_degrees(table, column, part, numbers)
+        if part.what == "phase" and column.unit == "rad":
+            notes += _rather_degrees(table.at(column), numbers)
     order, note = _order(table, picked, values, signature)
     if order is not None:
         values = {part: v[order] for part, v in values.items()}
@@ -77,17 +78,16 @@ def _without_lost(found: Channels, table: Table, axis: str) -> Channels:
     return Channels(inputs, outputs, found.kinds, (*found.warnings, f"{table.path}: {what}"))
 
 
-def _rather_degrees(
-    table: Table, column: Column, part: Part, numbers: NDArray[np.float64]
-) -> tuple[str, ...]:
-    """A warning where a phase in radian is wrapped as one in degrees."""
-    wraps = numbers.size > 1 and 300 < np.abs(np.diff(numbers)).max() <= 2 * HALF_TURN
-    if part.what != "phase" or column.unit != "rad" or not wraps or np.abs(numbers).max() > 2 * HALF_TURN:
-        return ()
-    return (f"{table.at(column)}: jumps as a phase in degrees does, and is read as radian",)
+def _rather_degrees(place: str, numbers: NDArray[np.float64]) -> tuple[str, ...]:
+    """A warning where a phase in radian is wrapped as one in degrees, or goes on for turns."""
+    most = np.abs(numbers).max()
+    wraps = most <= TURN and np.abs(np.diff(numbers, prepend=numbers[0])).max() > 300
+    says = "jumps as a phase in degrees does, and is read as radian"
+    says = says if wraps else f"phases up to {most:.3g} rad: degrees?"
+    return (f"{place}: {says}",) if most > TURNS else ()
 
 
-HALF_TURN = 180.5
+TURN, TURNS = 361.0, 4 * np.pi  # of a phase in degrees, and of one in radian that needs no second look
 
 
 def _check_measured(table: Table, channel: Channel, values: Array, order: NDArray[np.intp] | None) -> None:
