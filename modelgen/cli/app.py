@@ -7,7 +7,9 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(
+from modelgen.cli.once import App
+
+app = App(
     help="Write physics once; get fast C with exact derivatives, fits, and the physics that was left out.",
     add_completion=False,
     rich_markup_mode=None,  # plain help: the framed one takes as long again
