@@ -253,6 +253,8 @@ OPTIONS = {
     ("fit", "case.toml", "--seed", "-1"): "--seed",
     ("fit", "case.toml", "--start", "Bl=1", "--start", "Bl=2"): "'Bl' is given twice",
     ("fit", "case.toml", "--sead", "1"): "--sead",
+    ("diagnose", "case.toml", "--html", "p.html"): "No such option: --html.*: the page is --report here",
+    ("prove", "--report", "p.html"): "No such option: --report.*: the page is --html here",
     ("fit", "case.toml", "--json", "x.json", "--json", "y.json"): "--json is given twice, wanted once",
     ("export", "modified_dahl", "--fix", "b=1", "--fix", "b=2"): "--fix b=2: 'b' is given twice",
     ("export", "modified_dahl", "--fit", "."): "\\.: a folder, wanted a result",

@@ -7,6 +7,7 @@ import logging
 import os
 import sys
 from collections.abc import Sequence
+from typing import Any
 
 from modelgen.errors import ModelgenError
 
@@ -48,9 +49,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if not hasattr(why, "format_message"):
             raise
         command = getattr(getattr(why, "ctx", None), "command_path", "modelgen")
-        return _say(f"{why.format_message()} ('{command} --help' shows what there is)", 2)
+        return _say(f"{why.format_message()}{_page(why)} ('{command} --help' shows what there is)", 2)
     except KeyboardInterrupt:
         return _say("interrupted", INTERRUPTED)
+
+
+def _page(why: Any) -> str:
+    """Where an option is unknown by which another command writes its page: what it is called here."""
+    here = {"--html": "--report", "--report": "--html"}.get(getattr(why, "option_name", ""))
+    known = [name for p in why.ctx.command.params for name in p.opts] if here else []
+    return f": the page is {here} here" if here in known else ""
 
 
 def _words(arguments: Sequence[str] | None) -> list[str]:
