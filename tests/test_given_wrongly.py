@@ -67,6 +67,7 @@ SPRING = Model("spring", (t, z), (k,), (F,), ("F",), (PORT,))
         (lambda: mg.PSO(w="1"), "w = '1': a number is wanted"),  # type: ignore[arg-type]
         (lambda: mg.MultiStart(0), r"inner = 0: a method is wanted; .* MultiStart\(starts=20\)"),  # type: ignore[arg-type]
         (lambda: read_method("pso(-3)"), "wanted pso or pso"),
+        (lambda: read_method("pso(40) > ipopt"), "lone > in 'pso.*, wanted >> between methods"),
         (lambda: read_method("pso >> "), "before and after each >>"),
         (lambda: parse_fixed(SPRING, ["k=-1"]), "outside the bounds of 'k'"),
         (lambda: load(""), "wanted an id"),

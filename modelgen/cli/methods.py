@@ -47,6 +47,8 @@ def read_method(text: str | None) -> Method | Recipe | None:
     for link in text.split(">>"):
         if not link.strip():
             raise InputError(f"--method: unknown method '' in '{text}', wanted one before and after each >>")
+        if ">" in link:
+            raise InputError(f"--method: found a lone > in '{text}', wanted >> between methods: pso >> ipopt")
         found = _LINK.fullmatch(link)
         name = _spelled(link.partition("(")[0])
         if not found and name in METHODS:
