@@ -10,9 +10,10 @@ from modelgen.fit import GaussNewton
 from modelgen.fit.conditions import broken
 from modelgen.fit.fitting import fit
 from modelgen.fit.recipe import run_recipe
+from modelgen.models import load
 from modelgen.papers.gmm import methods
 from modelgen.papers.gmm.truth import DAMPING, MODEL, RANGE, SIX, TRUE, case
-from modelgen.recordings import Case, Noise
+from modelgen.recordings import Case, Noise, Recording
 
 WIDE = {"d33_im": (-9e-10, 9e-10), "S33_im": (-1e-11, 1e-11), "mu33_im": (-3.0, 3.0)}
 
@@ -91,3 +92,10 @@ def test_constrained_fit_stays_passive_where_the_free_one_does_not() -> None:
     kept = fit(MODEL, data, GaussNewton(), constrained=True)
     assert not any("passive" in note for note in kept.notes)
     assert kept.rms_over_noise["fit"] > 2 * free.rms_over_noise["fit"]
+
+
+def test_a_recipe_of_impedances_says_so_where_a_force_is_recorded() -> None:
+    way = np.sin(np.arange(50) / 5)
+    record = Recording("run", None, "fit", {"t": np.arange(50) / 100, "z": way}, {"F": 2 * way})
+    with pytest.raises(InputError, match=r"'run' holds F, which is real: .* models of an impedance"):
+        fit(load("kelvin_voigt"), Case(None, "kelvin_voigt", (record,)), methods.METHOD_3)

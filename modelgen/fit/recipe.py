@@ -208,6 +208,11 @@ def _measured(r: Recording, stage: Stage) -> Recording:
     for name, y in r.outputs.items():
         if kinds[name] == stage.measure:
             continue
+        if kinds[name] == "real":
+            raise InputError(
+                f"recording '{r.name}' holds {name}, which is real: this recipe is for models of an "
+                "impedance, such as its paper's"
+            )
         if kinds[name] != "complex":
             raise InputError(
                 f"recording '{r.name}' holds the {kinds[name]} of {name} alone, its {stage.measure} is wanted"
