@@ -174,6 +174,7 @@ CASES = {
     CASE.replace("[[rec", "[bounds]\nR_e = [-9, -3]\n[[rec"): "\\[bounds\\] R_e: -3 is below",
     CASE.replace("[[rec", "[noise]\nZ = 1e300\n[[rec"): "Z = 1e\\+300: too large",
     CASE.replace("[[rec", "[noise]\nZ = 1e-300\n[[rec"): "Z = 1e-300: no such noise",
+    CASE.replace('"sweep.csv"', "2024-01-01"): "file: the date 2024-01-01 found, wanted text in quotes$",
     CASE + 'role = "test"\n': 'wanted "fit" or "holdout"',
     CASE + 'role = "holdout"\n': 'no recording has role = "fit"',
     'per_recording = ["Cl"]\n' + CASE: "no parameter 'Cl', did you mean 'Bl'",

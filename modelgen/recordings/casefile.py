@@ -114,7 +114,8 @@ def _text(where: str, value: object) -> str:
     if value is None:
         raise fail(f"{where}: missing")
     if not isinstance(value, str) or not value.strip():
-        raise fail(f"{where}: {show(value)} found, wanted text")
+        quotes = "" if isinstance(value, str) else " in quotes"
+        raise fail(f"{where}: {show(value)} found, wanted text{quotes}")
     return value
 
 

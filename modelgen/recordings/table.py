@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import date, time
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,8 @@ def fail(message: str) -> InputError:
 
 def show(text: object) -> str:
     """A value as found, as its file spells it, on one line, and no longer than a message can bear."""
+    if isinstance(text, date | time):  # as TOML reads 2024-01-01 and 08:30:00
+        return f"the {'date' if isinstance(text, date) else 'time'} {text}"
     full = str(text).lower() if isinstance(text, bool) else repr(text)
     return full if len(full) <= 60 else full[:56] + "...'"
 
