@@ -53,7 +53,8 @@ def disagreeing(setting: Setting, outcome: Outcome, gate: Gate) -> Gate | None:
     names = " and ".join(own)
     says = (
         f"it explains each recording with a value of its own of {names}, and not all with one: what differs "
-        f"between them, {' and '.join(differs)}, changes {'it' if len(own) == 1 else 'them'}"
+        f"between them, {' and '.join(differs)}, changes {'it' if len(own) == 1 else 'them'}, or the device "
+        "has changed meanwhile"
     )
     port = nearest_port(setting.model, own[0])
     left = Leftover(lead, outcome.base.chi2 - fit.chi2, port.name if port else "", says)
