@@ -34,22 +34,29 @@ def test_fitted_values_are_defaults(tmp_path: Path) -> None:
     assert same is other
 
 
-def test_what_the_fit_has_not_determined_keeps_its_default(
+def test_what_the_data_said_nothing_about_keeps_its_default(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     parameters = {
-        "k_D": {"value": 0.37, "determined": True},
-        "rho": {"value": 77.0, "determined": False},
-        "F_0[a]": {"value": 1.0, "determined": True},
-        "F_0[b]": {"value": 55.0, "determined": False},
+        "k_D": {"value": 0.37},
+        "c_D": {"value": 0.11},
+        "rho": {"value": 77.0},
+        "F_0[a]": {"value": 1.0},
+        "F_0[b]": {"value": 55.0},
     }
-    (tmp_path / "fit.json").write_text(json.dumps({**FIT, "parameters": parameters}))
+    said = [
+        "the data say nothing about rho and F_0[b]",
+        "the data don't determine k_D and c_D apart: only k_D*c_D",
+    ]
+    found = {**FIT, "parameters": parameters, "undetermined": said}
+    (tmp_path / "fit.json").write_text(json.dumps(found))
     before = load("modified_dahl")
     (after,) = fitted([before], tmp_path / "fit.json")
     assert after.parameter("k_D").default == 0.37
+    assert after.parameter("c_D").default == 0.11  # their product is as it was found
     assert after.parameter("F_0").default == 1.0
     assert after.parameter("rho").default == before.parameter("rho").default
-    assert capsys.readouterr().err.endswith("left at the model's own default: rho\n")
+    assert "nothing about rho: left at the model's own default" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

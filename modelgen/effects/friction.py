@@ -151,18 +151,7 @@ coulomb_friction = Effect(
     "C. A. Coulomb, Théorie des machines simples (1785)",
     (Strength("F_c", "{port}", text="friction force"),),
     add(lambda at, p: p["F_c"] * at["v"] / sqrt(at["v"] ** 2 + p["v_0"] ** 2)),
-    (
-        Shape(
-            "v_0",
-            "{v}",
-            "speed",
-            0.001,
-            0.1,
-            4,
-            text="speed below which friction is not yet developed",
-            within=True,  # a drag that levels off at the speeds of the motion is no dry friction
-        ),
-    ),
+    (Shape("v_0", "{v}", "speed", 0.001, 0.1, 4, text="speed below which friction is not yet developed"),),
     needs=("v", "z_prev"),
     common=0.5,
 )

@@ -160,6 +160,10 @@ def _sentences(
     return tuple(said)
 
 
+NOTHING = "the data say nothing about"
+"""Begins what is said of parameters that the data don't show in any way."""
+
+
 def _sentence(
     open_: Matrix,
     scale: Vector,
@@ -175,7 +179,7 @@ def _sentence(
     U, s, _ = np.linalg.svd(open_[group])
     rank = int(np.sum(s > least))
     if rank == len(own):
-        return f"the data say nothing about {together}{where}"
+        return f"{NOTHING} {together}{where}"
     known = _reduced(U[:, rank:].T, least) * scale[group]
     used = known[0] != 0
     only = powers(group[used], known[0][used]) if len(known) == 1 else ""
