@@ -27,6 +27,7 @@ from modelgen.diagnose.noise.between import smoothly_driven, smoothly_moved
 from modelgen.diagnose.noise.bridged import bridged
 from modelgen.diagnose.noise.glitches import laid_open, rather, uncovered, unexplained
 from modelgen.diagnose.noise.history import had_rested, unrested
+from modelgen.diagnose.noise.humming import without_hum
 from modelgen.diagnose.noise.noise import marked
 from modelgen.diagnose.noise.resolved import unresolved
 from modelgen.diagnose.noise.thin import Thinned, thin, told_rightly, unblurred
@@ -102,6 +103,7 @@ def _diagnosed(
     if progress:
         progress(0.02, "reading")
     case, glitches = bridged(model, case)
+    case, hum = without_hum(model, case)
     model, made, steps = _finely_stepped(model, case, seed)
     seen = (*unresolved(model, made.ground.series), *mirrored(model, made.case, made.ground.base, seed))
     if progress:
@@ -111,7 +113,7 @@ def _diagnosed(
         check_nulls(alone.additions, alone, made.ground.base)
     made, setting, outcome = _accounted(model, made, catalogue, seed, progress)
     case, ground, thinned = made.case, made.ground, made.thinned
-    notes = (*read, *thinned.notes, *steps, *unknown_kinds(model, own), *glitches, *seen, *made.notes)
+    notes = (*read, *thinned.notes, *steps, *unknown_kinds(model, own), *glitches, *hum, *seen, *made.notes)
     setting = replace(setting, averaged=thinned.finer is not None)
     if progress:
         progress(0.9, "deciding")
