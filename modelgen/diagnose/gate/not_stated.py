@@ -15,8 +15,8 @@ from modelgen.fit.colour import autoregression, filtered
 from modelgen.fit.series import Array
 
 AS_STATED = 0.93, 1.08
-"""Scatter between neighbours, over the noise, by which it is the one that was stated. Noise that has its
-colour within what was stated scatters far less."""
+"""Scatter between neighbours, over the noise, by which it is the one that was stated, and the same by the
+upper half of the spectrum. Noise that has its colour within what was stated scatters far less."""
 MORE = 1.04
 """Times the noise that is left, at least: so much may a statement be off."""
 CLEAR = 40.0
@@ -43,9 +43,19 @@ def not_stated(setting: Setting, outcome: Outcome) -> Leftover | None:
     if not AS_STATED[0] < np.median(level) < AS_STATED[1] or left < MORE:
         return None
     gain = _gain(white, level)
-    if gain < CLEAR:
+    if gain < CLEAR or not AS_STATED[0] < _fast(white) < AS_STATED[1]:
         return None
     return Leftover(gain, gain, _port(setting), _says(setting, outcome.best, white, level))
+
+
+def _fast(white: Sequence[Array]) -> float:
+    """Rms of residuals by the upper half of their spectrum: where anything slower shows, it is not there."""
+    upper = []
+    for e in white:
+        window = np.hanning(e.shape[1])
+        power = np.abs(np.fft.rfft(window * e, axis=1)) ** 2 / np.sum(window**2)
+        upper.append(power[:, power.shape[1] // 2 :].ravel())
+    return float(np.sqrt(np.mean(np.concatenate(upper))))
 
 
 def _gain(white: Sequence[Array], level: Sequence[float]) -> float:
