@@ -20,6 +20,8 @@ MOST = 3
 """Parameters that may have changed."""
 ODDS = 20.0
 """How sure it is at most, over its being one of the catalogue after all."""
+EXPLAINS = 1.25
+"""Times the noise up to which what the model leaves of each recording alone is no more than that."""
 SEEN = 2.0
 """Standard deviations of χ² beyond the noise that named effects must leave for another account."""
 
@@ -47,8 +49,7 @@ def disagreeing(setting: Setting, outcome: Outcome, gate: Gate) -> Gate | None:
         return None
     fit, own = freed(setting, outcome)
     lead = found.bic - fit.bic
-    far = outcome.judge.temper > 1.0 and _left(fit) > FAR * gate.scale  # as any model is, one by one as well
-    if not own or lead < LEFT or far:
+    if not own or lead < LEFT or _left(fit) > EXPLAINS * gate.scale:
         return None
     names = " and ".join(own)
     says = (
