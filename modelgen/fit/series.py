@@ -152,10 +152,12 @@ def _measured(model: Model, recording: Recording) -> list[str]:
 
 def unfitted(model: Model, case: Case) -> tuple[str, ...]:
     """A note on outputs that are recorded and that no fit compares: beside a complex one it is alone."""
-    compared = _measured(model, case.fit[0]) if case.fit else []
-    spare = [o.name for o in model.outputs if any(o.name in r.outputs for r in case.fit)]
-    spare = [n for n in spare if n not in compared]
-    if not spare or not compared:
+    from modelgen.codegen.lower import primary_outputs
+
+    compared = primary_outputs(model)
+    spare = [o.name for o in model.outputs if o.name not in compared]
+    spare = [n for n in spare if any(n in r.outputs for r in case.fit)]
+    if not spare:
         return ()
     return (
         f"{' and '.join(spare)} {'is' if len(spare) == 1 else 'are'} recorded, and not compared: "
