@@ -18,12 +18,13 @@ from modelgen.diagnose.account.trials import trials
 from modelgen.diagnose.account.words import blind_note, bound_note, holdout_note, summary, weighed_note
 from modelgen.diagnose.gate.disagree import disagreeing, disagreement_note
 from modelgen.diagnose.gate.exact import exact, nothing_left
-from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled, reach
+from modelgen.diagnose.gate.gate import Gate, judge_adequacy, modelled
 from modelgen.diagnose.gate.leftover import Leftover
 from modelgen.diagnose.gate.likeliest_path import kept_along_path
 from modelgen.diagnose.gate.notes import motion_note, smooth_note
 from modelgen.diagnose.gate.rather import rather_described
 from modelgen.diagnose.gate.rivals import by_odd_noise
+from modelgen.diagnose.gate.size import reach
 from modelgen.diagnose.gate.unlisted import is_unlisted, named_rather, with_rivals
 from modelgen.diagnose.gate.vague import likely, of_many, told
 from modelgen.diagnose.hypotheses.averaged import as_one, averaged, parameters

@@ -3,7 +3,7 @@ level."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,17 +16,15 @@ from modelgen.diagnose.gate.line import gained_beside
 from modelgen.diagnose.gate.not_stated import not_stated
 from modelgen.diagnose.gate.notes import beside_note, far_notes, level_note, noise_words
 from modelgen.diagnose.gate.rivals import LEFT, as_leftover, nearer, outdone
+from modelgen.diagnose.gate.size import floor_of, is_far, is_gross, reach, roughness, smooth_beside
 from modelgen.diagnose.gate.unlisted import best_unlisted, refused, with_rivals
-from modelgen.diagnose.gate.wholly import FAR, but_noise, wholly_described
+from modelgen.diagnose.gate.wholly import but_noise, wholly_described
 from modelgen.diagnose.hypotheses.functions import LEVEL
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE, standings
 from modelgen.diagnose.hypotheses.refit import Fit, mean_square, plain_white
 from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting, nearest
-from modelgen.diagnose.noise.follows import ignores_motion
-from modelgen.diagnose.noise.noise import FITS, first_order, fitful, scatter
-from modelgen.diagnose.noise.recolour import CONTENDERS, GROSS_ESTIMATED, beyond
-from modelgen.diagnose.noise.replica import motion_matters
-from modelgen.diagnose.search.claim import CREDIBLE
+from modelgen.diagnose.noise.noise import FITS
+from modelgen.diagnose.noise.recolour import CONTENDERS
 from modelgen.fit.series import Array
 
 REST = 0.1
@@ -92,27 +90,31 @@ def judge_adequacy(
     plain = plain_white(best)
     after, before = mean_square(plain), mean_square(plain_white(nearest(setting, outcome.base)))
     many = plain[0].shape[1] >= 8
-    rough = _rough(setting, plain) if many else 1.0
+    rough = roughness(setting, plain) if many else 1.0
     stated = all(s.stated for s in setting.series)
-    gross = many and not _smooth(setting, outcome) and _gross(setting, plain, stated, float(np.sqrt(rough)))
+    gross = (
+        many
+        and not smooth_beside(setting, outcome)
+        and is_gross(setting, plain, stated, float(np.sqrt(rough)))
+    )
     remains = Remains(setting, outcome, sensitivities)
     left = _left(remains, after)
-    far = gross or _far(outcome, left, after, rough, stated or not many)
+    far = gross or is_far(outcome, left, after, rough, stated or not many)
     count = sum(e.size for e in plain)
-    floor = _floor(after, rough, count, stated, far)
+    floor = floor_of(after, rough, count, stated, far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
     farther = bool(best.ids) and after > FARTHER * before  # a smooth error speaks for them
     unknown = farther or (
         _unexplained(setting, outcome, left, gross, explained)
         and not _better_named(remains, explained, floor)
     )
-    allowed = stated and bool(best.ids) and _smooth(setting, outcome) and not unknown
+    allowed = stated and bool(best.ids) and smooth_beside(setting, outcome) and not unknown
     beside = allowed and _beside(before, after)
     if beside:
         floor = 1.0
     elif not unknown and best.hypothesis.added and (part := reach(before, after, floor)) < 1.0:
         unknown = _nameless(setting, outcome, left, part)
-    quiet = _floor(after, rough, count, stated, True)
+    quiet = floor_of(after, rough, count, stated, True)
     whole = wholly_described(remains, min(floor, quiet), unknown, after)
     if whole is not None:
         unknown, left = True, whole
@@ -133,7 +135,7 @@ def judge_adequacy(
     words = noise_words(setting, outcome, after, stated)
     fit = rival[0] if rival is not None and other is None else None
     if fit is not None:  # what the description leaves, and not what it explains, is noise
-        floor = min(floor, _floor(mean_square(plain_white(fit)), rough, count, stated, False))
+        floor = min(floor, floor_of(mean_square(plain_white(fit)), rough, count, stated, False))
     lead = rival[1] if rival is not None and fit is not None and best.hypothesis.added else None
     tied = best if lead is not None and lead < CLOSE else None
     probability = _probability(left, structured, more is not None, lead)
@@ -148,12 +150,6 @@ def _rival(setting: Setting, outcome: Outcome, left: Leftover | None) -> tuple[F
     rival = outdone(setting, outcome)
     better = rival is not None and left is not None and left.gain > rival[1] + LEFT
     return None if better else rival
-
-
-def _rough(setting: Setting, plain: Sequence[Array]) -> float:
-    """The mean square of what neighbours scatter of residuals."""
-    pairs = zip(setting.series, plain, strict=True)
-    return float(np.mean([scatter(s, x) ** 2 for s, e in pairs for x in e]))
 
 
 def _probability(left: Leftover, structured: bool, may_be_noise: bool, lead: float | None) -> float:
@@ -189,18 +185,6 @@ def _nameless(setting: Setting, outcome: Outcome, left: Leftover, part: float) -
     return likeliest < LIKELY and nearer(setting, outcome, left)
 
 
-def _gross(setting: Setting, plain: Sequence[Array], stated: bool, scatter: float) -> bool:
-    """Whether residuals are far larger than noise that scatters so, and no noise that nobody stated."""
-    rms = np.sqrt(mean_square(plain))
-    if stated or (setting.model.is_time_model and any(map(fitful, plain))):
-        return bool(rms > FITS * beyond(scatter))
-    # a level that was estimated of the base's residual holds what the base misses from sample to sample
-    limit = GROSS_ESTIMATED * min(1.0, scatter)
-    if rms <= limit or all(first_order(e, len(plain)) for e in plain):
-        return False
-    return not ignores_motion(setting.model, setting.series, plain)
-
-
 def modelled(setting: Setting, outcome: Outcome, gate: Gate) -> Gate:
     """The gate with a model of what is unknown, the best that there is; None where nothing describes it, or
     far from the recordings nothing better than effects that are too unsure for a name."""
@@ -229,22 +213,6 @@ def _beside(before: float, after: float) -> bool:
     return after > FITS**2 and before - after < PART * (before - 1)
 
 
-def _far(outcome: Outcome, left: Leftover, after: float, scatter: float, told: bool) -> bool:
-    """Whether what the best hypothesis leaves is more than noise: of a noise that is independent, as errors
-    of a motion are not, and whose level nobody has `told`, more than the scatter between neighbours."""
-    if left.gain > LEFT or outcome.judge.temper > 1.0:
-        return True
-    whiteners = outcome.judge.whiteners
-    independent = all(w.order == 0 and w.root is None for w in whiteners) and not motion_matters(whiteners)
-    return not told and independent and after > FAR**2 * scatter
-
-
-def _smooth(setting: Setting, outcome: Outcome) -> bool:
-    """Whether a smooth error that nobody stated is counted as noise."""
-    pairs = zip(setting.series, outcome.judge.whiteners, strict=True)
-    return any(w.root is not None and s.whitener.root is None for s, w in pairs)
-
-
 def _unexplained(
     setting: Setting, outcome: Outcome, left: Leftover, gross: bool, explained: float
 ) -> bool:  # fmt: skip
@@ -260,14 +228,6 @@ def _unexplained(
     # of a noise that nobody stated, and that is alike along the sweep, neighbours tell no level
     alike = not setting.model.is_time_model and not any(s.stated for s in setting.series) and left.gain <= 0
     return gross and explained < EXPLAINED and not (alike and gained > BEYOND)
-
-
-def reach(before: float, after: float, floor: float) -> float:
-    """The part of the way to the recordings, in rms, that a hypothesis goes from the base's mean square
-    residual to its own; 1 where that is little more than noise."""
-    if after < FAR**2 * floor or before <= after:
-        return 1.0
-    return 1 - float(np.sqrt((after - floor) / (before - floor)))
 
 
 def _better_named(remains: Remains, explained: float, floor: float) -> bool:
@@ -296,14 +256,3 @@ def _gained_by_refused(setting: Setting, outcome: Outcome) -> float:
         return outcome.base.bic - refused(outcome)
     singles = sorted((f for f in outcome.tried if len(f.ids) == 1), key=lambda f: f.bic)[:CONTENDERS]
     return max((gained(setting, outcome, f) for f in singles), default=0.0)
-
-
-def _floor(after: float, scatter: float, count: int, stated: bool, far: bool) -> float:
-    """Mean square of whitened residuals that is noise.
-
-    Far from the data: the scatter between neighbours, not below what is stated. Else what is stated, where
-    the best hypothesis' residual agrees with it (or too few samples tell); else that residual.
-    """
-    if far:
-        return min(after, max(scatter, 1.0 if stated else 0.0))
-    return 1.0 if stated and (count < 60 or 1 / CREDIBLE**2 < after < CREDIBLE**2) else after
