@@ -16,13 +16,13 @@ from modelgen.diagnose.gate.line import gained_beside
 from modelgen.diagnose.gate.not_stated import not_stated
 from modelgen.diagnose.gate.notes import beside_note, far_notes, level_note, noise_words
 from modelgen.diagnose.gate.rivals import LEFT, as_leftover, nearer, outdone
-from modelgen.diagnose.gate.size import floor_of, is_far, is_gross, reach, roughness, smooth_beside
+from modelgen.diagnose.gate.size import Size, is_far, is_gross, reach, smooth_beside
 from modelgen.diagnose.gate.unlisted import best_unlisted, refused, with_rivals
 from modelgen.diagnose.gate.wholly import but_noise, wholly_described
 from modelgen.diagnose.hypotheses.functions import LEVEL
 from modelgen.diagnose.hypotheses.ranking import OUTSIDE, standings
 from modelgen.diagnose.hypotheses.refit import Fit, mean_square, plain_white
-from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting, nearest
+from modelgen.diagnose.hypotheses.setting import ALARM, CLOSE, TEMPER, Outcome, Setting
 from modelgen.diagnose.noise.noise import FITS
 from modelgen.diagnose.noise.recolour import CONTENDERS
 from modelgen.fit.series import Array
@@ -79,6 +79,21 @@ FARTHER = 1.5
 """Times the base's mean square residual beyond which effects are no account of the recordings."""
 
 
+@dataclass(frozen=True)
+class _Look:
+    """What has been decided so far: whether physics is `unknown` by what is `left`, `far` from the recordings
+    or not; `explained`: the part of the misfit that named effects take; `whole`: whether one description of
+    all is what is left. `floor` and `beside` as in `Gate`."""
+
+    unknown: bool
+    left: Leftover
+    floor: float
+    far: bool
+    explained: float
+    beside: bool
+    whole: bool = False
+
+
 def judge_adequacy(
     setting: Setting,
     outcome: Outcome,
@@ -86,62 +101,76 @@ def judge_adequacy(
     oddity: Leftover | None = None,
 ) -> Gate:
     """Gate on the residual of the best hypothesis, and on what the outliers have in common (`oddity`)."""
-    best = outcome.best
-    plain = plain_white(best)
-    after, before = mean_square(plain), mean_square(plain_white(nearest(setting, outcome.base)))
-    many = plain[0].shape[1] >= 8
-    rough = roughness(setting, plain) if many else 1.0
-    stated = all(s.stated for s in setting.series)
-    gross = (
-        many
-        and not smooth_beside(setting, outcome)
-        and is_gross(setting, plain, stated, float(np.sqrt(rough)))
-    )
-    remains = Remains(setting, outcome, sensitivities)
-    left = _left(remains, after)
-    far = gross or is_far(outcome, left, after, rough, stated or not many)
-    count = sum(e.size for e in plain)
-    floor = floor_of(after, rough, count, stated, far)
+    remains, size = Remains(setting, outcome, sensitivities), Size.of(setting, outcome)
+    look = _by_what_is_left(remains, size)
+    look = _by_one_description(remains, size, look)
+    rival = None if look.whole else _rival(setting, outcome, look.left if look.unknown else None)
+    imitated = Imitated(None) if look.unknown else imitating(remains, look.left, oddity)
+    other = oddity if oddity is not None and not outcome.best.hypothesis.added else imitated.other
+    told = look.unknown or other is not None or rival is not None
+    more = None if told else not_stated(setting, outcome)
+    if other is not None or more is not None:
+        look = replace(look, unknown=True, left=other or more or look.left)
+    elif rival is not None:
+        look = replace(look, unknown=True, left=as_leftover(outcome, rival[0], rival[1] + LEFT))
+    structured = other is not None or rival is not None or look.left.gain > LEFT
+    rival = rival if other is None else None
+    lead = rival[1] if rival is not None and outcome.best.hypothesis.added else None
+    probability = _probability(look.left, structured, more is not None, lead)
+    tied = outcome.best if lead is not None and lead < CLOSE else None
+    fit, beside = rival[0] if rival else None, look.beside and not look.unknown
+    of_size, floor = _noted(outcome, size, look, fit)
+    notes = (*(beside_note(outcome, size.after) if beside else ()), *imitated.notes, *of_size)
+    words, scale = noise_words(setting, outcome, size.after, size.stated), float(np.sqrt(floor))
+    return Gate(
+        look.unknown, look.left, probability, floor, scale, words, notes, fit, tied, beside, imitated.error
+    )  # fmt: skip
+
+
+def _by_what_is_left(remains: Remains, size: Size) -> _Look:
+    """By how much the best hypothesis leaves, and with how much evidence for structure in that."""
+    setting, outcome, best = remains.setting, remains.outcome, remains.outcome.best
+    before, after = size.before, size.after
+    left, gross = _left(remains, after), is_gross(setting, outcome, size)
+    far = gross or is_far(outcome, left, size)
+    floor = size.floor(far)
     explained = (before - after) / max(before - floor, 1e-300) if before > floor else 1.0
     farther = bool(best.ids) and after > FARTHER * before  # a smooth error speaks for them
     unknown = farther or (
         _unexplained(setting, outcome, left, gross, explained)
         and not _better_named(remains, explained, floor)
     )
-    allowed = stated and bool(best.ids) and smooth_beside(setting, outcome) and not unknown
+    allowed = size.stated and bool(best.ids) and smooth_beside(setting, outcome) and not unknown
     beside = allowed and _beside(before, after)
     if beside:
         floor = 1.0
     elif not unknown and best.hypothesis.added and (part := reach(before, after, floor)) < 1.0:
         unknown = _nameless(setting, outcome, left, part)
-    quiet = floor_of(after, rough, count, stated, True)
-    whole = wholly_described(remains, min(floor, quiet), unknown, after)
-    if whole is not None:
-        unknown, left = True, whole
-        floor = min(floor, quiet) if setting.model.is_time_model else floor
-    rival = None if whole is not None else _rival(setting, outcome, left if unknown else None)
-    imitated = Imitated(None) if unknown else imitating(remains, left, oddity)
-    other, notes = imitated.other, imitated.notes
-    other = oddity if oddity is not None and not best.hypothesis.added else other
-    more = None if unknown or other is not None or rival is not None else not_stated(setting, outcome)
-    if other is not None or more is not None:
-        unknown, left = True, other or more or left
-    elif rival is not None:
-        unknown, left = True, as_leftover(outcome, rival[0], rival[1] + LEFT)
-    beside = beside and not unknown
-    notes = (*beside_note(outcome, after), *notes) if beside else notes
-    structured = other is not None or rival is not None or left.gain > LEFT
-    notes += far_notes(outcome, unknown, left, explained, np.sqrt(after / floor)) if far else ()
-    words = noise_words(setting, outcome, after, stated)
-    fit = rival[0] if rival is not None and other is None else None
+    return _Look(unknown, left, floor, far, explained, beside)
+
+
+def _by_one_description(remains: Remains, size: Size, look: _Look) -> _Look:
+    """The same, where one function of what is known describes all of the recordings."""
+    quiet = min(look.floor, size.floor(True))
+    whole = wholly_described(remains, quiet, look.unknown, size.after)
+    if whole is None:
+        return look
+    floor = quiet if remains.setting.model.is_time_model else look.floor
+    return replace(look, unknown=True, left=whole, floor=floor, whole=True)
+
+
+def _noted(outcome: Outcome, size: Size, look: _Look, fit: Fit | None) -> tuple[tuple[str, ...], float]:
+    """Notes on how much is left, and the mean square that is noise; `fit`: what no catalogue holds and
+    outdoes named effects."""
+    notes, floor = tuple[str, ...](), look.floor
+    if look.far:
+        times = np.sqrt(size.after / floor)
+        notes = far_notes(outcome, look.unknown, look.left, look.explained, times)
     if fit is not None:  # what the description leaves, and not what it explains, is noise
-        floor = min(floor, floor_of(mean_square(plain_white(fit)), rough, count, stated, False))
-    lead = rival[1] if rival is not None and fit is not None and best.hypothesis.added else None
-    tied = best if lead is not None and lead < CLOSE else None
-    probability = _probability(left, structured, more is not None, lead)
-    scale = float(np.sqrt(floor))
-    notes += level_note(scale) if stated and not far else ()
-    return Gate(unknown, left, probability, floor, scale, words, notes, fit, tied, beside, imitated.error)
+        floor = min(floor, size.floor(False, mean_square(plain_white(fit))))
+    if size.stated and not look.far:
+        notes = level_note(float(np.sqrt(floor)))
+    return notes, floor
 
 
 def _rival(setting: Setting, outcome: Outcome, left: Leftover | None) -> tuple[Fit, float] | None:
