@@ -68,6 +68,7 @@ def test_what_the_data_said_nothing_about_keeps_its_default(
         ({"parameters": {"k_D": {"value": None}}}, "k_D: a finite value wanted, found None"),
         ({"parameters": {"k_D": 3.0}}, "k_D: a finite value wanted"),
         ({"parameters": [1.0]}, "no result of"),
+        ({"undetermined": 5}, "no result of"),
     ],
 )
 def test_what_is_no_fit_of_the_model_is_refused(tmp_path: Path, change: dict[str, object], says: str) -> None:

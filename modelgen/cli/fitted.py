@@ -70,6 +70,7 @@ def _read(path: Path) -> dict[str, Any]:
         not isinstance(result, dict)
         or result.get("schema") != SCHEMA
         or not isinstance(result.get("parameters"), dict)
+        or not isinstance(result.get("undetermined", []), list)
     ):
         raise InputError(f"{path}: no result of `modelgen fit --json` of one case (schema {SCHEMA})")
     return result
